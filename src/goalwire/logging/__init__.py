@@ -1,7 +1,8 @@
-"""ROS 2's logging: named loggers with inherited levels, filters per call site, its console format.
+"""ROS 2's logging: named loggers with inherited levels, filters for each call site, ROS 2's console format.
 
-A call passes `logger` (level, filters, who called), becomes one frozen `LogRecord`, and goes through
-`dispatch` to the console and to every sink that `add_sink` registered (rosout, log files).
+A log call first passes the module `logger` (level, filters, call site). Then it becomes an immutable
+`LogRecord`, which `dispatch` gives to the console and to each sink that `add_sink` has registered (rosout,
+log files).
 """
 
 from goalwire.logging.configuration import (

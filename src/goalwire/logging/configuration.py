@@ -27,10 +27,10 @@ def configure(
     to_file: bool = False,
     file_prefix: str | None = None,
 ) -> None:
-    """Apply what `--ros-args` asked for: levels by logger name ('' for all), and where lines go.
+    """Apply the options of `--ros-args`: levels by the names of loggers ('' for all), and where lines go.
 
-    As in ROS 2 the first user of a process decides, and the others change nothing; each calls `release` once.
-    Raises ValueError for a level that is not a severity.
+    As in ROS 2, the first call in a process decides, and later calls change nothing. Each caller calls
+    `release` once. Raises ValueError for a level that is not a severity.
     """
     global _users  # noqa: PLW0603 - logging is the process's, as in ROS 2
     with _lock:
@@ -45,7 +45,7 @@ def configure(
 
 
 def release() -> None:
-    """End one use: with the last one the log file closes, and lines go to the console again."""
+    """Undo one `configure`. The last `release` closes the log file, and lines go to the console again."""
     global _users  # noqa: PLW0603
     with _lock:
         _users -= 1
@@ -55,7 +55,7 @@ def release() -> None:
 
 
 def users() -> int:
-    """Return how many have configured logging and not released it."""
+    """Return how many callers of `configure` have not called `release` yet."""
     return _users
 
 
@@ -77,25 +77,25 @@ def _close_file() -> None:
 
 
 def initialize() -> None:
-    """Read the environment now, unless that has happened already."""
+    """Read the environment variables for logging now, unless they were read before."""
     dispatch.console()
 
 
 def shutdown() -> None:
-    """Forget levels and environment. Logging goes on with the defaults; sinks stay."""
+    """Forget all levels, and read the environment again at the next record. Logging goes on; sinks stay."""
     reset_levels()
     dispatch.reset_console()
 
 
 def clear_config() -> None:
-    """Start anew: shutdown() and initialize()."""
+    """Configure anew: call shutdown(), then initialize()."""
     shutdown()
     initialize()
 
 
 def get_logging_directory() -> Path:
-    """Return where log files belong: ROS_LOG_DIR, else ROS_HOME/log, else ~/.ros/log."""
-    from pathlib import Path  # a sixth of the import time of this package
+    """Return the folder for log files: ROS_LOG_DIR, else ROS_HOME/log, else ~/.ros/log."""
+    from pathlib import Path  # a sixth of this package's import time
 
     return Path(_directory())
 

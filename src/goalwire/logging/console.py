@@ -1,4 +1,4 @@
-"""Writes records as lines to stderr or stdout, as the RCUTILS_* variables ask (rcutils/logging.h)."""
+"""Writes records as lines to stderr or stdout, as the RCUTILS_* variables say (rcutils/logging.h)."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ _COLOURS = {
 }
 _NO_COLOUR = '\x1b[0m'
 
-# One for all consoles, held over write and flush only, so that lines stay whole. It is re-entrant because a
-# signal handler may log while the same thread is writing.
+# One lock for all consoles, held only during write and flush, so that lines stay whole. It is re-entrant
+# because a signal handler may log while the same thread is writing.
 _writing = ForkableLock()
 
 
 class Console:
-    """A sink that prints. The stream is looked up at every line, since programs replace sys.stderr."""
+    """A sink that prints. Each line goes to the present sys.stderr or sys.stdout, since programs replace
+    these.
+    """
 
     def __init__(
         self,
@@ -35,7 +37,7 @@ class Console:
         flush: bool = True,
         colours: bool | None = None,
     ) -> None:
-        """`colours` None means: if the stream is a terminal."""
+        """With None for `colours`, lines are coloured if the stream is a terminal."""
         self.format = formatter
         self._to_stdout = to_stdout
         self._flush = flush
@@ -43,21 +45,24 @@ class Console:
 
     @classmethod
     def from_environment(cls, environment: Mapping[str, str]) -> Self:
-        """Read the RCUTILS_* variables; one with a value that ROS 2 does not know is reported and ignored."""
+        """Make a console from the RCUTILS_* variables; a value that ROS 2 does not know is reported and
+        ignored.
+        """
         to_stdout = _switch(environment, 'RCUTILS_LOGGING_USE_STDOUT') or False
         buffered = _switch(environment, 'RCUTILS_LOGGING_BUFFERED_STREAM')
         return cls(
             compile_format(environment.get('RCUTILS_CONSOLE_OUTPUT_FORMAT') or DEFAULT_FORMAT),
             to_stdout=to_stdout,
-            # Unset leaves the stream as it is: stderr writes at once, stdout as Python buffers it.
+            # If the variable is unset, stderr is flushed after each line, and stdout is buffered as Python
+            # does it.
             flush=buffered is not None or not to_stdout,
             colours=_switch(environment, 'RCUTILS_COLORIZED_OUTPUT'),
         )
 
     def __call__(self, record: LogRecord) -> None:
-        """Print one record. A stream that is closed or broken takes nothing, and nobody is blamed."""
+        """Print one record. If the stream is closed or broken, nothing is printed and no error is raised."""
         stream = sys.stdout if self._to_stdout else sys.stderr
-        if stream is None:  # there is no stderr, as for pythonw and daemons
+        if stream is None:  # pythonw and some daemons have no stderr
             return
         try:
             line = self.format(record)
@@ -73,7 +78,7 @@ class Console:
     def _wants_colours(self, stream: TextIO) -> bool:
         if self._colours is not None:
             return self._colours
-        # The old console of Windows prints escape sequences as they are.
+        # The old console of Windows does not interpret escape sequences.
         return stream.isatty() and (os.name != 'nt' or 'WT_SESSION' in os.environ)
 
 
@@ -86,7 +91,7 @@ def _write(stream: TextIO, text: str) -> None:
 
 
 def _switch(environment: Mapping[str, str], name: str) -> bool | None:
-    """Return the value of a variable: '1' or '0', or None if it is unset or empty."""
+    """Return True for a variable with '1', False for '0'; None if it is unset, empty or has another value."""
     value = environment.get(name, '')
     if value in ('0', '1'):
         return value == '1'

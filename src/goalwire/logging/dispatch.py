@@ -1,4 +1,4 @@
-"""Hands each record to the console and to the sinks, on the thread that logs, with no lock held."""
+"""Gives each record to the console and to the sinks, on the thread that logs, while it holds no lock."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ Sink: TypeAlias = Callable[[LogRecord], object]
 
 
 class _Dispatching(threading.local):
-    """True while this thread is inside the sinks: lines that they log go to the console only."""
+    """`active` is True while this thread calls the sinks: lines that sinks log go only to the console."""
 
     active = False
 
 
 class SinkHandle:
-    """A registered sink; `close` ends it."""
+    """A registered sink; `close` removes it."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
         self._failed = False
 
     def close(self) -> None:
-        """Stop handing records to the sink. Idempotent."""
+        """Stop giving records to the sink. Idempotent."""
         global _sinks  # noqa: PLW0603 - emit() reads whatever tuple it finds, without a lock
         with _lock:
             _sinks = tuple(handle for handle in _sinks if handle is not self)
 
     def take(self, record: LogRecord) -> None:
-        """Call the sink. Its first failure is reported on the console, others are ignored."""
+        """Call the sink. The sink's first failure is reported on the console, later failures are ignored."""
         try:
             self._sink(record)
         except Exception as error:
@@ -61,9 +61,10 @@ _dispatching = _Dispatching()
 
 
 def add_sink(sink: Sink) -> SinkHandle:
-    """Call `sink` with every record that is logged from now on, until the handle is closed.
+    """Call `sink` with every record that is logged from now on, until the returned handle is closed.
 
-    It is called on the thread that logs and should be quick. What it logs itself reaches the console only.
+    `sink` is called on the thread that logs and should be quick. Lines that it logs itself go only to the
+    console.
     """
     global _sinks  # noqa: PLW0603
     handle = SinkHandle(sink)
@@ -73,7 +74,7 @@ def add_sink(sink: Sink) -> SinkHandle:
 
 
 def emit(record: LogRecord) -> None:
-    """Hand one record to the handlers."""
+    """Give one record to the console and to all sinks."""
     if _to_console:
         console()(record)
     if not _sinks or _dispatching.active:
@@ -87,10 +88,10 @@ def emit(record: LogRecord) -> None:
 
 
 def console() -> Console:
-    """Return the console, made from the environment when it is first wanted."""
+    """Return the console; the first call makes it from the environment variables."""
     global _console  # noqa: PLW0603
     made = _console
-    if made is not None:  # no lock, which in a forked child may be another thread's for ever
+    if made is not None:  # without the lock, which another thread may hold during a fork
         return made
     with _lock:
         if _console is None:
@@ -99,13 +100,13 @@ def console() -> Console:
 
 
 def set_console(*, enabled: bool) -> None:
-    """Print records, or do not (`--disable-stdout-logs`)."""
+    """Set whether records are printed on the console (`--disable-stdout-logs`)."""
     global _to_console  # noqa: PLW0603
     _to_console = enabled
 
 
 def reset_console() -> None:
-    """Read the environment again at the next record, and print."""
+    """Print records from now on, and read the environment variables again at the next record."""
     global _console, _to_console  # noqa: PLW0603
     with _lock:
         _console = None

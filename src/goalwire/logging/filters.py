@@ -1,7 +1,7 @@
 """Filters that a log call may ask for: `throttle_duration_sec`, `skip_first`, `once`.
 
-Each filter keeps its state in the context of its call site: a dictionary that also holds what the call asked
-for.
+Each filter keeps its state in the context of its call site: a dictionary that also has the options of the
+first call.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ class _Instant(Protocol):
 
 @runtime_checkable
 class LogClock(Protocol):
-    """An object that tells the time as rclpy.clock.Clock does."""
+    """An object with a method `now`, such as rclpy.clock.Clock."""
 
     def now(self) -> _Instant:
-        """Return the time now."""
+        """Return the present time, with the attribute `nanoseconds`."""
         ...
 
 
@@ -42,25 +42,25 @@ class _SteadyClock:
 
 
 class LoggingFilter:
-    """A filter: the parameters that ask for it, and the decision whether a call may pass."""
+    """A filter for log calls: the options that request it, and the decision whether a call passes."""
 
     params: ClassVar[Mapping[str, object]] = {}
-    """Parameters and their defaults; None marks one that must be given."""
+    """The filter's options and their defaults; an option with the default None must be given."""
 
     @classmethod
     def initialize_context(cls, context: Context, **kwargs: object) -> None:
-        """Put the parameters into the context of a call site that is seen for the first time."""
+        """Put the options of a call site's first call into the context of the call site."""
         for name, default in cls.params.items():
             context[name] = kwargs.get(name, default)
 
     @staticmethod
     def should_log(context: Context) -> bool:
-        """Return whether this call passes, and remember that it came."""
+        """Return whether the present call passes, and note the call in the context."""
         raise NotImplementedError
 
 
 class Once(LoggingFilter):
-    """Only the first call that reaches this filter passes."""
+    """Lets only the first call pass that reaches this filter."""
 
     params: ClassVar[Mapping[str, object]] = {'once': None}
 
@@ -77,7 +77,7 @@ class Once(LoggingFilter):
 
 
 class SkipFirst(LoggingFilter):
-    """Every call but the first passes."""
+    """Lets every call but the first pass."""
 
     params: ClassVar[Mapping[str, object]] = {'skip_first': None}
 
@@ -94,7 +94,9 @@ class SkipFirst(LoggingFilter):
 
 
 class Throttle(LoggingFilter):
-    """At most one call in `throttle_duration_sec` passes; a clock that jumped back starts anew."""
+    """Lets at most one call in `throttle_duration_sec` pass; after a jump back of the clock the next call
+    passes.
+    """
 
     params: ClassVar[Mapping[str, object]] = {
         'throttle_duration_sec': None,
@@ -127,7 +129,7 @@ supported_filters: dict[str, type[LoggingFilter]] = {
     'skip_first': SkipFirst,
     'once': Once,
 }
-"""In the order of asking."""
+"""The filters by name, in the order in which they are asked."""
 
 _ALL_PARAMS = [param for kind in supported_filters.values() for param in kind.params]
 
@@ -135,7 +137,8 @@ _ALL_PARAMS = [param for kind in supported_filters.values() for param in kind.pa
 def get_filters_from_kwargs(**kwargs: object) -> list[str]:
     """Return the names of the filters that a call's options ask for.
 
-    Raises LoggingOptionError (a TypeError) for an unknown option, and if a filter lacks one that it needs.
+    Raises LoggingOptionError (a TypeError) for an unknown option, and if an option that a filter needs is
+    missing.
     """
     asked = []
     for name, kind in supported_filters.items():

@@ -1,4 +1,4 @@
-"""The levels of loggers: dots make a hierarchy, an unset level is inherited, the root starts at INFO."""
+"""Keeps loggers' levels: dots in names make a hierarchy, an unset level is inherited, the root has INFO."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from goalwire.logging.record import LoggingSeverity
 
 _DEFAULT = LoggingSeverity.INFO
 _CACHE_LIMIT = 1024
-"""Names whose inherited level is remembered; programs that make a logger per goal must not grow for ever."""
+"""The largest number of names whose inherited level is cached: programs may make a name for each goal."""
 
 _lock = ForkableLock()
 _levels: dict[str, LoggingSeverity] = {}
@@ -15,10 +15,11 @@ _effective: dict[str, LoggingSeverity] = {}
 
 
 def set_logger_level(name: str, level: int, detailed_error: bool = False) -> None:
-    """Set a logger's level; '' is the root, UNSET returns to the inherited one.
+    """Set a logger's level; '' is the root logger. After UNSET the logger inherits its level again.
 
-    The root inherits from nobody: at UNSET it lets everything pass, as rcutils does. Raises ValueError for a
-    number that is not a severity; `detailed_error` is rclpy's, without effect here.
+    The root inherits no level: with UNSET it lets every record pass, as in rcutils. Raises ValueError for a
+    number that is not a severity; `detailed_error` is a parameter of rclpy's function, and has no effect
+    here.
     """
     del detailed_error
     severity = LoggingSeverity(level)
@@ -31,12 +32,12 @@ def set_logger_level(name: str, level: int, detailed_error: bool = False) -> Non
 
 
 def get_logger_level(name: str) -> LoggingSeverity:
-    """Return the level set for exactly this logger, UNSET if there is none; the root always has one."""
+    """Return the level that was set for exactly this logger, else UNSET; the root always has a level."""
     return _levels.get(name, LoggingSeverity.UNSET if name else _DEFAULT)
 
 
 def get_logger_effective_level(name: str) -> LoggingSeverity:
-    """Return the level in force: the logger's own, or that of its nearest ancestor that has one."""
+    """Return the level that applies: the logger's own, or that of its nearest ancestor with a level."""
     cache = _effective
     level = cache.get(name)
     if level is None:
@@ -44,7 +45,7 @@ def get_logger_effective_level(name: str) -> LoggingSeverity:
         with _lock:
             if len(cache) >= _CACHE_LIMIT:
                 _forget_inherited()
-            # If a level changed meanwhile, this is the old cache, which is no longer read.
+            # If a level was changed meanwhile, `cache` is the old dictionary, which no reader uses any more.
             cache[name] = level
     return level
 

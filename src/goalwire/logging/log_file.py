@@ -3,8 +3,8 @@
 It is always a new file: if a file or a link of that name exists, the next name is
 taken.
 
-Each line is one write to a file opened for appending. So lines stay whole whichever threads log, and none is
-lost however the process ends. ROS 2 keeps up to 5 s of lines below ERROR in memory.
+Each line is one write to a file opened for appending. So lines stay whole even if several threads log, and no
+line is lost if the process is killed. ROS 2, in contrast, keeps up to 5 s of lines below ERROR in memory.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from goalwire.logging import dispatch
 from goalwire.logging.record import Formatter, LoggingSeverity, LogRecord
 
 _ATTEMPTS = 100
-"""How many file names are tried."""
+"""The number of file names that are tried before the opening fails."""
 _NAME_LIMIT = 100
 
 
 class LogFile:
-    """A sink that writes lines as the console does, without colours."""
+    """A sink that writes the same lines as the console into a file, without colours."""
 
     def __init__(self, directory: str, formatter: Formatter, prefix: str | None = None) -> None:
-        """`prefix` stands in the file's name in place of the program's (`--log-file-name`).
+        """`prefix` (`--log-file-name`) replaces the program's name in the name of the file.
 
-        A program without a name, as with `python -c`, has that of the first logger.
+        If the program has no name, as with `python -c`, the name of the first logger is used.
         """
         self.path = ''
-        """The path of the file, once it has a line."""
+        """The path of the file; '' before the first line is written."""
         self._directory = directory
         self._prefix = prefix or _program()
         self._ms = time.time_ns() // 1_000_000
@@ -44,7 +44,7 @@ class LogFile:
         self._closed = False
 
     def __call__(self, record: LogRecord) -> None:
-        """Write one record. A failure is reported once, on the console; nothing is written after it."""
+        """Write one record. The first failure is reported on the console, and ends the writing."""
         try:
             file = self._file or self._open(record.name)
             if file is not None:
@@ -73,7 +73,7 @@ class LogFile:
             return self._file
 
     def _new_file(self, name: str) -> FileIO:
-        """Make a file that was not there: of this millisecond, or of the next that is free."""
+        """Make a new file: its name ends with `_ms`, or with the next number for which no file exists."""
         for ms in range(self._ms, self._ms + _ATTEMPTS):
             self.path = os.path.join(self._directory, f'{name}_{ms}.log')  # noqa: PTH118 - pathlib is slow
             with suppress(FileExistsError):
@@ -101,14 +101,14 @@ def _open_new(path: str, flags: int) -> int:
 
 
 def _program() -> str:
-    """Return the name of the script or module, which ROS 2 calls the executable; '' if there is none."""
+    """Return the name of the script or module (ROS 2: the executable); '' if the program has no name."""
     folder, name = os.path.split(sys.argv[0] if sys.argv else '')
-    if name == '__main__.py':  # the name under `python -m package`
+    if name == '__main__.py':  # so named under `python -m package`
         name = os.path.basename(folder)  # noqa: PTH119
-    return '' if name.startswith('-') else _file_name(name.removesuffix('.py'))  # -c, -m, or from stdin
+    return '' if name.startswith('-') else _file_name(name.removesuffix('.py'))  # '-c', '-m', or '-' (stdin)
 
 
 def _file_name(text: str) -> str:
-    """Return a text that is safe in a file's name, for shells and terminals."""
+    """Replace all characters of a text that are unsafe in a file's name, in shells or in terminals."""
     plain = ''.join(sign if sign.isalnum() or sign in '_.-' else '_' for sign in text[:_NAME_LIMIT])
     return plain.lstrip('.')

@@ -1,7 +1,7 @@
-"""The logger that programs hold.
+"""The logger objects that programs use.
 
-A call below the logger's level returns at once. Each other call is identified by its call
-site. It owns the state of the filters and, as in ROS 2, must always be used in the same way.
+A call below the logger's level returns at once. Each other call is identified by its call site. A call site
+has its own state of the filters, and must pass the same name, severity and filters at each call, as in ROS 2.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class LogOptions(TypedDict, total=False):
 
 
 class RcutilsLogger:
-    """Logs under a name; dots in it make a hierarchy of levels. '' is the root."""
+    """Logs records under a name; dots in the name make a hierarchy of levels. '' is the root logger."""
 
     def __init__(self, name: str = '') -> None:
         self.name = name
         self.contexts: dict[CallerId, Context] = {}
         self.origin = name
-        """The logger at the end of the line of get_child() calls that made this one."""
+        """The name of the first logger in the chain of get_child() calls that made this logger."""
         self._lock = ForkableLock()
 
     def get_child(self, name: str) -> RcutilsLogger:
@@ -53,43 +53,45 @@ class RcutilsLogger:
         set_logger_level(self.name, level)
 
     def get_effective_level(self) -> LoggingSeverity:
-        """Return the level in force."""
+        """Return the level that applies to this logger, own or inherited."""
         return get_logger_effective_level(self.name)
 
     def is_enabled_for(self, severity: int) -> bool:
-        """Whether a message of this severity would pass; raises ValueError for an unknown severity."""
+        """Tell whether a message of this severity would be logged; raises ValueError for an
+        unknown severity.
+        """
         return LoggingSeverity(severity) >= get_logger_effective_level(self.name)
 
     def log(self, message: str, severity: int, **kwargs: Unpack[LogOptions]) -> bool:
         """Log with a severity given as an argument; returns whether the message was logged.
 
-        Raises TypeError for a message that is not a string or an unknown option, ValueError for no severity
-        and for a call in the source that was used with another name, severity or filter before.
+        Raises TypeError for a message that is not a string or an unknown option, ValueError for a number that
+        is not a severity, and for a call site that has passed another name, severity or filter before.
         """
         return self._log(LoggingSeverity(severity), message, kwargs)
 
     def debug(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log a detail that helps to find a fault; as `log`."""
+        """Log a detail that helps to find a fault; see `log`."""
         return self._log(_DEBUG, message, kwargs)
 
     def info(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log the normal course of things; as `log`."""
+        """Log a normal event of the program; see `log`."""
         return self._log(_INFO, message, kwargs)
 
     def warning(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log a sign of possible trouble; as `log`."""
+        """Log a sign of possible trouble; see `log`."""
         return self._log(_WARN, message, kwargs)
 
     def warn(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log a sign of possible trouble; as `log`."""
+        """Log a sign of possible trouble; see `log`."""
         return self._log(_WARN, message, kwargs)
 
     def error(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log a failure; as `log`."""
+        """Log a failure; see `log`."""
         return self._log(_ERROR, message, kwargs)
 
     def fatal(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
-        """Log a failure that ends the program; as `log`."""
+        """Log a failure that ends the program; see `log`."""
         return self._log(_FATAL, message, kwargs)
 
     def _log(self, severity: LoggingSeverity, message: str, options: LogOptions) -> bool:
@@ -117,7 +119,9 @@ class RcutilsLogger:
         return True
 
     def _passes(self, caller: CallerId, name: str, severity: LoggingSeverity, options: LogOptions) -> bool:
-        """Ask the call site's filters in turn, up to the first that refuses."""
+        """Return whether all filters of the call site let the call pass; they are asked in turn, up to the
+        first refusal.
+        """
         asked = get_filters_from_kwargs(**options) if options else []
         context = self.contexts.get(caller)
         if context is None:
@@ -131,7 +135,9 @@ class RcutilsLogger:
 
 
 def get_logger(name: str) -> RcutilsLogger:
-    """Return a logger of that name; raises ValueError for an empty one, TypeError for all but strings."""
+    """Return a logger with this name; raises ValueError if the name is empty, TypeError if it is
+    no string.
+    """
     if not name:
         raise LoggerNameError('Logger name must not be empty.')
     if not isinstance(name, str):
@@ -153,7 +159,9 @@ def _refuse_change(
 
 
 def _text(message: object) -> str:
-    """Return the text that ROS 2 prints for a log message; raises TypeError for most types but str."""
+    """Return the text that ROS 2 prints for a log message; raises TypeError if it is not a str, bytes or
+    None.
+    """
     if message is None:
         return '(null)'
     if isinstance(message, bytes):

@@ -1,6 +1,6 @@
-"""A log record: its severity, its text, the call that made it, and how it becomes a line on the console.
+"""Log records (severity, text, call site), and the format in which they become lines on the console.
 
-Severities have the numbers of rcl_interfaces/msg/Log; the line's format is RCUTILS_CONSOLE_OUTPUT_FORMAT
+Severities have the numbers of rcl_interfaces/msg/Log; RCUTILS_CONSOLE_OUTPUT_FORMAT sets the line's format
 (rcutils/logging.h).
 """
 
@@ -21,7 +21,9 @@ from goalwire.patterns import Pattern
 
 
 class LoggingSeverity(IntEnum):
-    """A message's severity, or the least one that a logger lets pass; UNSET inherits."""
+    """The severity of a message, or the lowest severity that a logger lets pass; UNSET: the logger inherits
+    its level.
+    """
 
     UNSET = 0
     DEBUG = 10
@@ -32,7 +34,9 @@ class LoggingSeverity(IntEnum):
 
 
 def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:
-    """Return the severity of a name in any case; raises UnknownSeverityError (a RuntimeError)."""
+    """Return the severity with this name, in upper or lower case; raises UnknownSeverityError (a
+    RuntimeError).
+    """
     try:
         return LoggingSeverity[log_severity.upper()]
     except KeyError:
@@ -47,16 +51,16 @@ class _CallSite(NamedTuple):
     file_path: str
     line_number: int
     last_index: int
-    """The byte code's offset, which distinguishes two calls in one line."""
+    """The offset of the call in the bytecode, which distinguishes two calls in one line."""
 
 
 class CallerId(_CallSite):
-    """The call site of `frame`; by default that of the constructor's caller."""
+    """The call site that `frame` is executing; by default the place where CallerId() is called."""
 
     __slots__ = ()
 
     def __new__(cls, frame: FrameType | None = None) -> Self:
-        frame = frame or sys._getframe(1)  # inspect costs milliseconds to import
+        frame = frame or sys._getframe(1)  # not by inspect: its import takes milliseconds
         code = frame.f_code
         return super().__new__(cls, code.co_name, _full_path(code.co_filename), frame.f_lineno, frame.f_lasti)
 
@@ -77,7 +81,9 @@ class LogRecord(NamedTuple):
     file: str
     line: int
     origin: str = ''
-    """The logger that this one descends from by get_child: the node's, which has a way to /rosout."""
+    """The name of the logger at the root of the get_child() chain: usually the node's, whose records go to
+    /rosout.
+    """
 
 
 DEFAULT_FORMAT = '[{severity}] [{time}] [{name}]: {message}'
@@ -93,7 +99,7 @@ def _seconds(record: LogRecord) -> str:
 
 
 def local_date_time(stamp_ns: int) -> str:
-    """Return a time in ns since 1970 as local date and time, with milliseconds."""
+    """Return a time in ns since 1970 as text: local date and time, with milliseconds."""
     seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
     local = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(seconds))
     return f'{local}.{nanoseconds // 1_000_000:03d}'
@@ -110,12 +116,12 @@ _TOKENS: dict[str, Formatter] = {
     'time_as_nanoseconds': lambda record: f'{record.stamp_ns:019d}',
     'date_time_with_ms': lambda record: local_date_time(record.stamp_ns),
 }
-# A backslash and what follows it are read together, so that `\\n` stays as it is written.
+# A backslash and the character behind it are matched together, so that `\\n` stays as it is written.
 _PART = Pattern(r'(\{(?:' + '|'.join(_TOKENS) + r')\})|(\\(?:x1b|.))', re.DOTALL)
 
 
 def compile_format(text: str) -> Formatter:
-    """Return a function that writes records in this format. Unknown tokens stay as they are."""
+    """Return a function that formats a record as `text` says. Unknown tokens stay in the line."""
     parts: list[str | Formatter] = []
     end = 0
     for found in _PART.finditer(text):
