@@ -1,8 +1,9 @@
-"""The discovered graph: its nodes and endpoints, and the watchers of its changes.
+"""Keeps the discovered graph: nodes and endpoints, and the watchers of changes.
 
 It follows the rules of rmw_zenoh's graph cache. A node is identified by its session and number, so two nodes
-of one name are two entries. An endpoint of an unknown node makes that node known. A node that goes takes its
-endpoints along. The departure of an unknown thing is ignored, since the wire promises no order.
+with the same name are two entries. An endpoint of an unknown node adds that node. If a node is removed, its
+endpoints are removed, too. The removal of an unknown node or endpoint is ignored, since the wire guarantees
+no order.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, Gra
 
 _NodeKey: TypeAlias = tuple[str, int]
 _Endpoints: TypeAlias = dict[bytes, GraphEntity]
-"""Endpoints by gid, in the order of their appearance."""
+"""Endpoints by gid, in the order in which they appeared."""
 
 
 class _Node:
-    """One node and its endpoints; `is_declared` is false while only its endpoints have been seen."""
+    """One node and its endpoints; `is_declared` is False while only endpoints of the node have been seen."""
 
     __slots__ = ('endpoints', 'entity', 'is_declared')
 
@@ -36,37 +37,39 @@ class _Node:
 
 
 class Graph(GraphListener):
-    """The graph, filled by a session's `watch_graph`. Any thread may query it."""
+    """The discovered graph, which a session's `watch_graph` fills. Any thread may query it."""
 
     def __init__(
         self, session: str | None = None, *, compares_definitions: bool = True, enforces_qos: bool = False
     ) -> None:
-        """Find mismatches that concern endpoints of `session`, or all mismatches if that is None.
+        """Make an empty graph that reports the mismatches of endpoints of `session`; None: all mismatches.
 
-        The other two are attributes of the session. `compares_definitions`: different definitions of a type
-        keep endpoints apart. `enforces_qos`: incompatible QoS keeps endpoints apart.
+        `compares_definitions` and `enforces_qos` say whether the session's wire connects endpoints with
+        different definitions of a type, or with incompatible QoS: it does not if they are True.
         """
         self.session = session
-        """The session whose mismatches are looked for; None for all sessions."""
+        """The session whose mismatches are reported; None: those of all sessions."""
         self._compares_definitions = compares_definitions
         self._enforces_qos = enforces_qos
         self._lock = ForkableLock()
         self.version = 0
-        """Changes with each change of the graph. To cache an answer, read the version first and keep both."""
+        """A number that rises with each change of the graph. A cache reads the version before its query, and
+        keeps both.
+        """
         self._nodes: dict[_NodeKey, _Node] = {}
         self._nodes_by_name: dict[tuple[str, str], dict[_NodeKey, _Node]] = defaultdict(dict)
         self._endpoints: dict[EndpointKind, dict[str, _Endpoints]] = {
             kind: defaultdict(dict) for kind in EndpointKind if kind is not EndpointKind.NODE
         }
-        self._mismatches: set[tuple[object, ...]] = set()  # keys of those already reported
+        self._mismatches: set[tuple[object, ...]] = set()  # keys of the mismatches that were reported
         self._change_watchers: Watchers[[]] = Watchers()
         self._counterparts = CounterpartWatchers()
         self._mismatch_watchers: Watchers[[Mismatch]] = Watchers()
 
-    # -- what the transport tells --------------------------------------------------------------------------
+    # -- called by the transport ---------------------------------------------------------------------------
 
     def appeared(self, entity: GraphEntity) -> None:
-        """Add a node or endpoint; a known one changes nothing."""
+        """Add a node or endpoint; does nothing if the graph has it already."""
         found: list[Mismatch] = []
         with self._lock:
             if entity.kind is EndpointKind.NODE:
@@ -83,7 +86,7 @@ class Graph(GraphListener):
             self._mismatch_watchers.tell(mismatch)
 
     def vanished(self, entity: GraphEntity) -> None:
-        """Remove a node with all it owns, or an endpoint; an unknown one changes nothing."""
+        """Remove an endpoint, or a node with its endpoints; does nothing if the graph does not have it."""
         with self._lock:
             if entity.kind is EndpointKind.NODE:
                 changed = self._remove_node(entity)
@@ -108,7 +111,9 @@ class Graph(GraphListener):
         return self._change_watchers.add(callback)
 
     def on_mismatch(self, callback: Callable[[Mismatch], object]) -> Watch[[Mismatch]]:
-        """Call `callback` once for each mismatch found from now on, even if an endpoint returns."""
+        """Call `callback` for each mismatch that is found from now on, but only once if its endpoints go and
+        return.
+        """
         return self._mismatch_watchers.add(callback)
 
     def watch_counterparts(
@@ -116,8 +121,8 @@ class Graph(GraphListener):
     ) -> CounterpartWatch:
         """Call `callback(endpoint, is_there)` for each counterpart of an endpoint of that kind and name.
 
-        Existing ones come first. Each change comes once and in order, on the thread of the change. Types and
-        QoS are not compared.
+        First it is called for the existing counterparts, then once for each change, in order, on the thread
+        of the change. Types and QoS are not compared.
         """
         with self._lock:
             there = self._endpoints[opposite(kind)].get(name, {})
@@ -128,7 +133,7 @@ class Graph(GraphListener):
     # -- nodes ---------------------------------------------------------------------------------------------
 
     def nodes(self) -> list[GraphEntity]:
-        """Return all nodes; two of one name are two entries."""
+        """Return all nodes; two nodes with the same name are two entries."""
         with self._lock:
             return [node.entity for node in self._nodes.values()]
 
@@ -145,7 +150,7 @@ class Graph(GraphListener):
             return list(self._endpoints[kind].get(name, {}).values())
 
     def endpoints(self) -> list[GraphEntity]:
-        """Return every endpoint. Those of one kind and name are in the order of their appearance."""
+        """Return every endpoint. Endpoints of one kind and name are in the order in which they appeared."""
         with self._lock:
             return [
                 endpoint
@@ -155,7 +160,7 @@ class Graph(GraphListener):
             ]
 
     def count(self, kind: EndpointKind, name: str) -> int:
-        """Return how many endpoints of one kind and name there are, whatever their types and QoS."""
+        """Return the number of endpoints of one kind and name, whatever their types and QoS."""
         with self._lock:
             return len(self._endpoints[kind].get(name, ()))
 
@@ -173,7 +178,9 @@ class Graph(GraphListener):
         return False
 
     def matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
-        """Return an endpoint's counterparts: same name and type, and a compatible QoS if that counts."""
+        """Return an endpoint's counterparts with the same name and type, and with compatible QoS if the wire
+        enforces QoS.
+        """
         others = self.entities(opposite(endpoint.kind), endpoint.name)
         return [
             other
@@ -200,11 +207,13 @@ class Graph(GraphListener):
         return actions_among(self.topic_names_and_types())
 
     def served_action_names_and_types(self) -> NamesAndTypes:
-        """Return every action that has a server: servers publish the feedback."""
+        """Return every action that has a server, found by the publishers of feedback."""
         return actions_among(self._names_and_types(EndpointKind.PUBLISHER))
 
     def names_and_types_by_node(self, kind: EndpointKind, name: str, namespace: str = '/') -> NamesAndTypes:
-        """Return the endpoints of one kind of the first node with this name; empty without such a node."""
+        """Return the names and types of the first such node's endpoints of one kind; empty if there is no
+        such node.
+        """
         with self._lock:
             nodes = self._nodes_by_name.get((namespace, name), {})
             first = next(iter(nodes.values()), None)
@@ -216,11 +225,11 @@ class Graph(GraphListener):
         return actions_among(self.names_and_types_by_node(EndpointKind.PUBLISHER, name, namespace))
 
     def action_clients_by_node(self, name: str, namespace: str = '/') -> NamesAndTypes:
-        """Return the actions that a node calls."""
+        """Return the actions of which a node has a client."""
         return actions_among(self.names_and_types_by_node(EndpointKind.SUBSCRIPTION, name, namespace))
 
     def has_action(self, name: str, type_name: str) -> bool:
-        """Return whether the graph has an action server with all five parts, as rcl_action asks."""
+        """Return whether the graph has an action server with all five parts, as rcl_action checks it."""
         parts = ActionNames(name)
         return (
             self.has_service(parts.send_goal, f'{type_name}_SendGoal')
@@ -240,10 +249,10 @@ class Graph(GraphListener):
             ]
         return _sort(found)
 
-    # -- the tables; the lock is held ------------------------------------------------------------------------
+    # -- the tables; callers hold the lock -----------------------------------------------------------------
 
     def _node_of(self, entity: GraphEntity) -> _Node:
-        """Return the node that an entity belongs to; add it if it is unknown."""
+        """Return the node that an entity belongs to; add the node if it is unknown."""
         key = entity.session, entity.node_id
         node = self._nodes.get(key)
         if node is None:

@@ -1,4 +1,4 @@
-"""Finds conflicts that no wire reports: nodes or endpoints with one name that do not fit each other."""
+"""Finds conflicts that no wire reports: nodes or endpoints with the same name that are not compatible."""
 
 from __future__ import annotations
 
@@ -14,25 +14,27 @@ class Reason(Enum):
     """The kinds of conflicts between two endpoints."""
 
     DEFINITION = 'definition'
-    """The endpoints have the same name and type, but different hashes of its definition."""
+    """The endpoints have the same name and type, but different hashes of the type's definition."""
     TYPE = 'type'
     """The endpoints have the same name, but different types."""
     TWO_SERVERS = 'two servers'
-    """Two servers have one name: each gets every request, and the client takes the first reply."""
+    """Two servers have the same name: each gets every request, and the client takes the first reply."""
     TWO_NODES = 'two nodes'
-    """Two nodes have one name, and so their built-in services have the same names, too."""
+    """Two nodes have the same name, and so their built-in services have the same names, too."""
 
 
 @record
 class Mismatch:
-    """A conflict between two endpoints. `name` is the endpoints' name, their action's, or their nodes'."""
+    """A conflict between two endpoints. `name` is the name of the endpoints, of their action, or of their
+    nodes.
+    """
 
     reason: Reason
     name: str
     first: GraphEntity
     second: GraphEntity
     separates: bool = True
-    """False if the wire compares no definitions, so that messages pass nevertheless."""
+    """False if the wire does not compare definitions, so that messages are delivered despite the mismatch."""
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -46,7 +48,7 @@ class Mismatch:
         return (self.reason, self.name, *types, *sides)
 
     def concerns(self, session: str) -> bool:
-        """Return whether one of the two belongs to that session."""
+        """Return whether one of the two endpoints belongs to that session."""
         return session in {self.first.session, self.second.session}
 
     def __str__(self) -> str:
@@ -77,7 +79,7 @@ class Mismatch:
         )
 
     def _about_types(self) -> str:
-        """Return the message for different types. For topics it begins with ROS 2's own text."""
+        """Return the text about different types. For topics it begins with ROS 2's own text."""
         sides = ' and '.join(
             f"{side.kind.value} in node '{side.node.qualified}' has the type {shown(side.type_name)}"
             for side in (self.first, self.second)
@@ -98,7 +100,7 @@ _OPPOSITES = {
 
 
 def opposite(kind: EndpointKind) -> EndpointKind:
-    """Return the kind of endpoint that a kind communicates with; raises KeyError for nodes."""
+    """Return the kind of the counterparts of an endpoint of this kind; raises KeyError for nodes."""
     return _OPPOSITES[kind]
 
 
@@ -109,7 +111,7 @@ def find_mismatches(
     *,
     separates: bool = True,
 ) -> Iterator[Mismatch]:
-    """Compare a new endpoint with others of its name: `counterparts`, and `fellows` of the same kind.
+    """Compare a new endpoint with others of its name: its `counterparts`, and `fellows` of its own kind.
 
     `separates` says whether different definitions keep endpoints apart. A missing hash is not a difference.
     """
@@ -130,11 +132,13 @@ def find_mismatches(
 
 
 def _is_told(name: str) -> bool:
-    """Return whether to report a name: of an action's parts only send_goal, so that it is reported once."""
+    """Return whether conflicts of this name are reported: of an action's parts only those of send_goal, so
+    that each conflict of an action is reported once.
+    """
     return name.endswith(SEND_GOAL) or not is_part_of_action(name)
 
 
 def _are_namesakes(one: GraphEntity, other: GraphEntity) -> bool:
-    """Return whether these endpoints belong to two different nodes with one name."""
+    """Return whether these endpoints belong to two different nodes with the same name."""
     same_node = (one.session, one.node_id) == (other.session, other.node_id)
     return not same_node and one.node.qualified == other.node.qualified

@@ -1,4 +1,4 @@
-"""Hidden names, and names that belong to an action."""
+"""Tells hidden names from others, and finds the names that belong to an action."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _SEND_GOAL_TYPE = '_SendGoal'
 
 
 def without_hidden(names_and_types: NamesAndTypes) -> NamesAndTypes:
-    """Return a list without hidden names, as ROS 2's tools show it."""
+    """Return the list without hidden names, as ROS 2's tools show it by default."""
     return [(name, types) for name, types in names_and_types if not is_hidden_name(name)]
 
 
 def actions_among(topics: Iterable[tuple[str, list[str]]]) -> NamesAndTypes:
-    """Return the actions that a list of topics reveals, as rcl_action does: by their feedback topics."""
+    """Return the actions whose feedback topics are in a list of topics, as rcl_action does."""
     return [
         (name.removesuffix(_FEEDBACK), [type_name.removesuffix(_FEEDBACK_TYPE) for type_name in types])
         for name, types in topics
@@ -36,5 +36,5 @@ def is_part_of_action(name: str) -> bool:
 
 
 def shown(type_name: str) -> str:
-    """Return the type's name for users: the action's type for the type of its send_goal service."""
+    """Return a type's name as users see it: for the type of a send_goal service, the action's type."""
     return type_name.removesuffix(_SEND_GOAL_TYPE) if '/action/' in type_name else type_name

@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
 
 _MOST = 3
-"""How many similar names are shown."""
+"""The number of similar names that are shown."""
 _LIKENESS = 0.75
-"""The least similarity of two names, from 0 to 1, by difflib."""
+"""The least similarity (0 to 1, by difflib) of a name that is suggested."""
 
 
 def near_misses(graph: Graph, name: str, *, is_action: bool) -> str:
-    """Return advice in one sentence; '' if the graph has nothing similar.
+    """Return advice in one sentence about a name without a server; '' if the graph has nothing similar.
 
-    The expected type is that of this session's own clients of the name.
+    The expected type is the type of this session's own clients with that name.
     """
     ending = SEND_GOAL if is_action else ''
     servers = graph.entities(EndpointKind.SERVICE, name + ending)

@@ -1,4 +1,4 @@
-"""Leaves everything but some robots out of a graph, since some wires show more than is wanted."""
+"""Keeps all robots but the wanted ones out of a graph, since some wires show more than was asked for."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ if TYPE_CHECKING:
 
 
 def within(view: RobotView | None, graph: GraphListener, session: str) -> GraphListener:
-    """Return a listener that tells `graph` of a view's robots and of `session`; None: of everything."""
+    """Return a listener that passes on to `graph` the nodes and endpoints of a view's robots and of
+    `session`. Without a view, return `graph` itself.
+    """
     return graph if view is None else _Scope(view, graph, session)
 
 
 class _Scope(GraphListener):
-    """Passes on what a view covers."""
+    """Passes on the nodes and endpoints that a view covers."""
 
     def __init__(self, view: RobotView, graph: GraphListener, session: str) -> None:
         self._view = view

@@ -1,8 +1,8 @@
-"""Reports changes in the graph to listeners, with no lock held.
+"""Reports changes in the graph to callbacks, without holding a lock.
 
-`Watchers` reports every change to all. `CounterpartWatchers` reports to an endpoint the endpoints that come
-and go on the other side of its topic. Changes are noted under the graph's lock, which decides their order,
-and reported without it.
+`Watchers` reports every change to all callbacks. `CounterpartWatchers` reports to an endpoint which
+counterparts (endpoints on the other side of its topic or service) come and go. Changes are noted under the
+graph's lock, which decides their order, and are reported after its release.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ P = ParamSpec('P')
 
 
 class Watch(Generic[P]):
-    """One registered callback; `close` ends it."""
+    """One registered callback; `close` removes it."""
 
     __slots__ = ('_remove', 'callback', 'closed')
 
@@ -56,7 +56,7 @@ class Watchers(Generic[P]):
     def tell(self, *args: P.args, **kwargs: P.kwargs) -> None:
         """Call all callbacks in the order in which they were added.
 
-        An error of one is logged, and the others are still called.
+        If a callback raises, the error is logged, and the other callbacks are still called.
         """
         for watch in self._watches:
             try:
@@ -72,7 +72,7 @@ CounterpartWatch: TypeAlias = Watch[[GraphEntity, bool]]
 
 
 class CounterpartWatchers:
-    """The watchers of each topic, and the changes that are not reported to them yet."""
+    """The watches, by the kind and name of the watched endpoints, and the changes yet to be reported."""
 
     def __init__(self) -> None:
         self._lock = ForkableLock()
@@ -88,7 +88,7 @@ class CounterpartWatchers:
         callback: Callable[[GraphEntity, bool], object],
         there: Iterable[GraphEntity],
     ) -> CounterpartWatch:
-        """Watch the endpoints of a kind and name; the existing ones, `there`, are reported first."""
+        """Watch the endpoints of a kind and name; the existing endpoints `there` are reported first."""
         topic = kind, name
         watch = Watch(partial(self._remove, topic), callback)
         with self._lock:
