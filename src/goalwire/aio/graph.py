@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
     from goalwire.graph.names import NamesAndTypes
 
-__all__ = ['EndpointKind', 'GraphChanges', 'GraphEntity', 'GraphProblem', 'GraphView']
+__all__ = ['EndpointKind', 'GraphChanges', 'GraphEntity', 'GraphProblem', 'GraphView', 'find_problems']
 
 
 @record
@@ -88,7 +88,7 @@ class GraphView:
 
     def problems(self) -> list[GraphProblem]:
         """Return the conflicts among all nodes: in types, definitions and QoS, and servers with one name."""
-        return list(_problems(self._graph.endpoints()))
+        return list(find_problems(self._graph.endpoints()))
 
     def changes(self) -> GraphChanges:
         """Return an async iterator of the graph's versions, one after each change, until it is closed."""
@@ -126,10 +126,10 @@ class GraphChanges(Entity):
     destroy = close
 
 
-def _problems(endpoints: Iterable[GraphEntity]) -> Iterator[GraphProblem]:
-    """Compare each endpoint with the earlier ones of its name, so that each pair is reported once."""
+def find_problems(endpoints: Iterable[GraphEntity]) -> Iterator[GraphProblem]:
+    """Yield the conflicts among endpoints, each pair once."""
     known: dict[tuple[EndpointKind, str], list[GraphEntity]] = defaultdict(list)
-    for each in endpoints:
+    for each in endpoints:  # each is compared with the earlier ones of its name
         fellows = known[each.kind, each.name]
         counterparts = known[opposite(each.kind), each.name]
         for mismatch in find_mismatches(each, counterparts, fellows):

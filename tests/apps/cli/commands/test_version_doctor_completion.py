@@ -10,12 +10,15 @@ from pathlib import Path
 
 import pytest
 from helpers.command_line import CommandLine, executable
+from helpers.processes import Program
 
 import goalwire
 from goalwire.apps.cli.commands.doctor import noun as doctor
 from goalwire.apps.cli.framework.output import Output
 from goalwire.errors import TransportError
 from goalwire.transport import registry
+
+PROGRAMS = Path(__file__).parents[1] / 'programs'
 
 
 def test_version_names_goalwire_and_its_parts(ros2: CommandLine) -> None:
@@ -32,6 +35,21 @@ def test_doctor_sees_peers_and_has_two_processes_talk(ros2: CommandLine) -> None
     assert out.endswith('all is well\n')
     checks = [json.loads(line) for line in ros2.ok('doctor', '--json', '--no-self-test').splitlines()]
     assert all(check['is_well'] for check in checks)
+
+
+def test_doctor_names_the_endpoints_whose_qos_does_not_go_together(
+    ros2: CommandLine, world: dict[str, str]
+) -> None:
+    with Program(PROGRAMS / 'camera.py', env=world) as program:
+        program.expect('^ready$')
+        ended = ros2('doctor', '--report-failed', '--no-self-test')
+    assert ended.code == 1
+    assert ended.out == (
+        "FAIL /image: the QoS of publisher '/camera' and subscription '/viewer' on '/image' do not go "
+        'together: Best effort publisher and reliable subscription\n'
+        '     give both the same\n'
+    )
+    assert ended.err.splitlines()[-1] == 'ros2: not well: /image; next: give both the same'
 
 
 def test_doctor_does_not_call_a_wire_well_that_cannot_be_used(

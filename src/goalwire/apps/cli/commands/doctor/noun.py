@@ -23,6 +23,7 @@ from goalwire.security import is_asked_for
 from goalwire.transport import dds, registry
 
 if TYPE_CHECKING:
+    from goalwire.aio.graph import GraphProblem
     from goalwire.apps.cli.framework.output import Output
 
 _ENVIRONMENT = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'AMENT_PREFIX_PATH')
@@ -124,15 +125,24 @@ def _zenoh() -> Check | None:
     return Check(f'Zenoh, port {port}', True, 'a router answers', advice, is_needed=False)
 
 
-def _peers(arguments: Namespace) -> Check:
+def _graph(arguments: Namespace) -> list[Check]:
+    """Count the peers, and report their endpoints whose types or QoS do not go together."""
+    from goalwire.aio.graph import find_problems
+
     try:
         with discovered(arguments) as graph:
-            nodes = graph.nodes()
+            nodes, problems = graph.nodes(), list(find_problems(graph.endpoints()))
     except TransportError as error:
-        return Check('peers', False, 'no session could be opened', str(error))
+        return [Check('peers', False, 'no session could be opened', str(error))]
     sessions = len({node.session for node in nodes})
     names = ', '.join(sorted({node.node.qualified for node in nodes})[:10])
-    return Check('peers', True, f'{len(nodes)} nodes in {sessions} sessions{f": {names}" if names else ""}')
+    told = f'{len(nodes)} nodes in {sessions} sessions{f": {names}" if names else ""}'
+    return [Check('peers', True, told), *(_check_of(problem) for problem in problems)]
+
+
+def _check_of(problem: GraphProblem) -> Check:
+    found, _, advice = problem.text.rpartition('; ')
+    return Check(problem.name, False, found or advice, advice if found else '')
 
 
 def _self_test() -> Check:
@@ -189,7 +199,7 @@ def _doctor(arguments: Namespace, output: Output) -> Outcome:
         _port,
         _dds,
         _zenoh,
-        lambda: _peers(arguments),
+        lambda: _graph(arguments),
     ]
     if not arguments.no_self_test:
         looks.append(_self_test)
