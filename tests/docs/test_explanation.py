@@ -7,10 +7,13 @@ import re
 from pathlib import Path
 
 import pytest
-from helpers.markdown import DOCS, ROOT, blocks
+from helpers.markdown import DOCS, ROOT, blocks, rows
+from rclpy.qos import QoSPresetProfiles
 
+from goalwire.records import replace
 from goalwire.rules.goals.table import TABLE, GoalStatus
-from goalwire.rules.qos import QoS
+from goalwire.rules.qos import DurabilityPolicy, LivelinessPolicy, QoS, QoSPolicyEnum, ReliabilityPolicy
+from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
 from goalwire.transport.zenoh.tokens import data_key, encode_endpoint
 
@@ -36,6 +39,47 @@ def test_the_key_and_the_token_of_the_page_are_those_of_the_code() -> None:
     endpoint = Endpoint(EndpointKind.PUBLISHER, '/chatter', type_name, 'RIHS01_…', QoS(depth=10))
     token = encode_endpoint(0, '<session>', 0, 2, NodeName('talker'), endpoint)
     assert shown_token == token
+
+
+def _nanoseconds(shown: str) -> int:
+    """Read a duration such as '100 ms'; 0 if it is endless."""
+    if shown == 'endless':
+        return 0
+    number, unit = shown.split()
+    return int(number) * {'ms': 10**6, 's': 10**9}[unit]
+
+
+def test_the_presets_of_the_page_on_qos_are_those_of_rclpy() -> None:
+    table = rows(EXPLANATION / 'qos.md', 'preset')
+    assert len(table) == 7
+    for key, depth, reliability, durability, lifespan, _ in table:
+        profile = QoSPresetProfiles.get_from_short_key(key.strip('`')).to_core()
+        assert profile.depth == int(depth), key
+        assert profile.reliability.short_key == reliability.replace(' ', '_'), key
+        assert profile.durability.short_key == durability.replace(' ', '_'), key
+        assert profile.lifespan_ns == _nanoseconds(lifespan), key
+
+
+def test_the_pairs_of_the_page_on_qos_match_or_not_as_the_code_says() -> None:
+    policies: dict[str, tuple[str, type[QoSPolicyEnum] | None]] = {
+        'reliability': ('reliability', ReliabilityPolicy),
+        'durability': ('durability', DurabilityPolicy),
+        'liveliness': ('liveliness', LivelinessPolicy),
+        'deadline': ('deadline_ns', None),
+        'lease duration': ('lease_ns', None),
+    }
+
+    def profile(policy: str, value: str) -> QoS:
+        field, kind = policies[policy]
+        if kind is not None:
+            return replace(QoS(), **{field: kind[value.upper().replace(' ', '_')]})
+        return replace(QoS(), **{field: _nanoseconds(value)})
+
+    table = rows(EXPLANATION / 'qos.md', 'policy | publisher offers')
+    assert len(table) == 20
+    for policy, offered, requested, match in table:
+        found = incompatible_policy(profile(policy, offered), profile(policy, requested))
+        assert (match == 'yes') is (found is None), (policy, offered, requested)
 
 
 def test_the_walks_lead_past_what_there_is() -> None:

@@ -24,7 +24,7 @@ QUESTIONS = {
     'list of errors': ['reference/errors', 'api/goalwire.errors'],
     'deadlines and failures': ['how-to/deadlines-and-failures'],
     'how do I test without a robot': ['how-to/testing'],
-    'virtual time': ['how-to/testing'],
+    'quality of service': ['explanation/qos'],
     'asyncio API': ['how-to/asyncio-api'],
     'lifecycle nodes': ['how-to/lifecycle'],
     'security keys': ['how-to/security'],
