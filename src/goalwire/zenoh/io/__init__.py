@@ -6,7 +6,6 @@
     identities      the identity of a link's other side, by its certificate
     tls             one connection with TLS on it
     link_maker      makes the link of a connection, plain or with TLS
-    memory          lets glibc keep the memory of large messages for the next ones
     listeners       sockets that accept the connections of others
     dialler         connects to one node, and tries again after a failure if that is asked for
     dials           all addresses and nodes that a session connects to

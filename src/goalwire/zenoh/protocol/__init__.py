@@ -39,6 +39,7 @@ One session:
     incoming_queries  a received query, and its answers
     routes            the receivers of the messages and queries that come over a link
     own_entities      the session's declarations, and the links that were told of them
+    router_interests  the entities that a session asks routers for
     gossip            the nodes that routers have announced
     stamps            timestamps, each later than every earlier one
     senders           publications and queriers, each for one key

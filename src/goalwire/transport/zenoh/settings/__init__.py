@@ -8,6 +8,7 @@
     reader       files and overrides, read and checked
     plan         a session to open, and a rendezvous to offer beside it
     native       the settings of goalwire's own session, or the reason why eclipse-zenoh is needed
+    fleet        the settings of a fleet's routers
     secured      whole configurations for rmw_zenoh's router and sessions, with the rules of a policy
 
 Only `reader` opens files, and it checks everything that it returns against the schema.
