@@ -163,9 +163,7 @@ class Context:
             self._end()
 
     def end_at_exit(self) -> None:
-        """Wake every waiter, since the interpreter ends. In a forked child do nothing: the waiters are the
-        parent's.
-        """
+        """Wake every waiter, since the interpreter ends. A forked child leaves its parent's waiters alone."""
         if self.is_inherited:
             return
         if self.ok():
@@ -196,9 +194,7 @@ class Context:
             logging.get_logger('rclpy').warning(complaint)
 
     def _tell_misspelt_overrides(self) -> None:
-        """Log unused parameters whose names look misspelt: a launch file may give others to nodes without
-        them.
-        """
+        """Log unused parameters that look misspelt: launch files may give others to nodes without them."""
         may_grow = 'rclpy_components' in sys.modules  # nodes may be loaded at any time
         use = None if may_grow or ends_early(has_spun=self._has_spun) else self.override_use
         for complaint in use.describe_misspelt() if use else ():
@@ -261,9 +257,7 @@ class Context:
             logging.release()
 
     def on_shutdown(self, callback: ShutdownCallback) -> None:
-        """Call `callback` at the context's end (at once if it has ended). Methods are held weakly, as in
-        rclpy.
-        """
+        """Call `callback` at the context's end, at once if it has ended. Methods are held weakly."""
         if not callable(callback):
             raise TypeError(f'callback should be a callable, got {type(callback)}')
         with self._lock:

@@ -199,9 +199,7 @@ class ActionClientCore(TimedCalls):
             )
 
     def _new_context(self, timeout: float | None = None) -> CallContext | None:
-        """The context of a request that may take `timeout` s, or the `default_timeout`; None if there is
-        neither.
-        """
+        """The context of a request that may take `timeout` or `default_timeout` s; None if both are None."""
         limit = self.default_timeout if timeout is None else timeout
         return None if limit is None else CallContext(self.node.context, 'action', self.full_name, limit)
 
@@ -258,9 +256,7 @@ class ActionClientCore(TimedCalls):
         return self.results.ask(goal_id, call_context)
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
-        """Log why a goal was aborted: programs written for rclpy cannot show the reason, since rclpy has
-        none.
-        """
+        """Log why a goal was aborted: programs for rclpy cannot show the reason, since rclpy has none."""
         self.logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
 
     # -- cancelling ----------------------------------------------------------------------------------------
@@ -344,9 +340,7 @@ class ActionClientCore(TimedCalls):
     # -- the end -------------------------------------------------------------------------------------------
 
     def destroy(self) -> None:
-        """Undeclare the client. Pending futures stay pending, as in ROS 2; those with a timeout fail.
-        Idempotent.
-        """
+        """Undeclare. Pending futures stay pending, as in ROS 2; those with a timeout fail. Idempotent."""
         if self.destroyed:
             return
         self.destroyed = True

@@ -73,8 +73,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> None:
         """Make a server. GoalBook explains `result_timeout_ns`. Raises the errors of `check_policies`.
 
-        When a client has gone, the caller calls `on_client_gone` at once, and `on_client_lost` after
-        `client_grace_ns`.
+        If a client goes, the caller calls `on_client_gone` at once, `on_client_lost` after `client_grace_ns`.
         """
         check_policies(policy, on_client_lost)
         self._lost = on_client_lost
@@ -230,12 +229,11 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_cancel_decision(
         self, cancellation: int, goal_id: GoalId, accepted: bool, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle the user's decision about cancelling one goal.
+        """Handle the user's decision about cancelling one goal. Pass a refusal if the callback raised.
 
-        If the user's callback raised an error, pass a refusal. An accepted cancellation makes the goal
-        CANCELING at once, or CANCELED if it waits for its turn: [PublishStatus, ReplyResult…, WakeAt]. The
-        last decision of the request adds [PublishStatus, ReplyCancel], or [ReplyCancel] if no goal is
-        cancelled.
+        An accepted cancellation makes the goal CANCELING at once, or CANCELED if it waits for its turn:
+        [PublishStatus, ReplyResult…, WakeAt]. The last decision of the request adds [PublishStatus,
+        ReplyCancel], or [ReplyCancel] if no goal is cancelled.
         """
         open_one = self._cancellations.take_decision(cancellation, goal_id)
         if open_one is None:
