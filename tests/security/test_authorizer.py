@@ -24,16 +24,19 @@ POLICY = """\
 [roles.console]
 call = ["/**"]
 publish = ["/**"]
+missions = true
 [roles.operator]
 call = ["/lamp", "/reset"]
 publish = ["/cmd_vel", "/say"]
 send = ["/walk"]
+missions = true
 [roles.guest]
 stop = false
 [moving]
 call = ["/reset"]
 [identities]
 console = ["console"]
+cy = []
 ann = ["operator"]
 bob = ["operator", "guest"]
 """
@@ -120,6 +123,32 @@ def test_everybody_may_stop_whom_no_role_forbids_it(folder: Path, authorizer: Au
         ('ann', 'stops', '/estop'),
         ('bob', 'was refused', '/estop'),
     ]
+
+
+def test_missions_go_on_by_those_whom_a_role_allows_it(folder: Path, authorizer: Authorizer) -> None:
+    ann, cy = (
+        SignedIn(authorizer, authorizer.find_principal(make_token(folder, name))) for name in ('ann', 'cy')
+    )
+    ann.check_to_command('mission rounds m', 'approve', 'yes')
+    with pytest.raises(NotAllowedError, match=r"none of the roles of 'cy' has missions = true: nothing was"):
+        cy.check_to_command('mission rounds m', 'resume')
+    cy.check_to_stop(['mission rounds m'], 'cancel')
+    found = _entries(authorizer)
+    assert [(each['who'], each['outcome'], each['act'], each.get('what', '')) for each in found] == [
+        ('ann', 'moves', 'approve', 'yes'),
+        ('cy', 'was refused', 'resume', ''),
+        ('cy', 'stops', 'cancel', ''),
+    ]
+    assert {each['key'] for each in found} == {'mission rounds m'}
+
+
+def test_missions_need_the_right_of_the_console_too(folder: Path, authorizer: Authorizer) -> None:
+    ann = SignedIn(authorizer, authorizer.find_principal(make_token(folder, 'ann')))
+    assert not ann.why_not_missions()
+    storage.replace(folder / 'policy.toml', POLICY.replace('missions = true\n', '', 1).encode())
+    assert "none of the roles of 'console' has missions = true" in ann.why_not_missions()
+    storage.replace(folder / 'policy.toml', POLICY.replace('missions = true\n', '').encode())
+    assert ann.problem() == "what 'ann' may do has changed"
 
 
 def test_rights_that_change_are_a_reason_to_begin_anew(folder: Path, authorizer: Authorizer) -> None:

@@ -38,7 +38,11 @@ from goalwire.security.toml_places import Place, find_places
             "3:8: there is no role 'b'; add [roles.b], or take one of a",
         ),
         ('[roles.a]\nstop = true', '2:1: stop is True; leave it out, since everybody may stop'),
-        ('[moving]\nstop = false', '2:1: stop moves nothing; write it into [everyone] or a role'),
+        ('[moving]\nstop = false', '2:1: stop is not a verb; write it into [everyone] or a role'),
+        ('[moving]\nmissions = true', '2:1: missions is not a verb; write it into [everyone] or a role'),
+        ('[roles.a]\nmissions = false', '2:1: missions is False; leave it out, since nobody may without it'),
+        ('[everyone]\nmissions = ["/m"]', "2:1: missions is ['/m']; leave it out"),
+        ('[roles.a]\nmission = true', "2:1: 'mission' is not a verb; did you mean 'missions'?"),
         ('[moving]\npublish = ["x"]', "2:12: 'x' has no slash at its beginning"),
         ('identities = 3', '1:1: identities is not a table; write [identities] in a line of its own'),
     ],
@@ -66,6 +70,30 @@ def test_a_role_forbids_the_stop_and_says_where() -> None:
     assert policy.decide_stop('ben').reason == 'policy.toml:3: b: stop = false'
     assert not policy.decide_stop('cy').is_allowed
     assert not read_policy('[everyone]\nstop = false\n[identities]\nann = []').decide_stop('ann').is_allowed
+
+
+def test_missions_are_for_those_whose_role_says_so_where_it_holds() -> None:
+    policy = read_policy(
+        '[roles.a]\n[roles.b]\ndomains = [7]\nmissions = true\n[roles.everyone]\nmissions = true\n'
+        '[identities]\nann = ["a"]\nben = ["a", "b"]\ncy = ["everyone"]\n'
+    )
+    assert policy.decide_missions('ann').reason == (
+        "policy.toml:8: none of the roles of 'ann' has missions = true"
+    )
+    assert policy.decide_missions('ben', 7).reason == 'policy.toml:4: b: missions = true'
+    assert policy.decide_missions('ben', 7).is_allowed
+    assert not policy.decide_missions('ben', 0).is_allowed
+    assert policy.decide_missions('cy').is_allowed
+    assert policy.decide_missions('dee').reason == "policy.toml: [identities] does not name 'dee'"
+    everyone = read_policy('[everyone]\nmissions = true\n[identities]\nann = []')
+    assert everyone.decide_missions('ann').reason == 'policy.toml:2: everyone: missions = true'
+
+
+def test_in_the_first_policy_operators_command_missions_by_way_of_the_console() -> None:
+    named = ('robot', 'operator', 'viewer', 'console')
+    lines = ''.join(f'{name} = ["{name}"]\n' for name in named)
+    policy = read_policy(FIRST_POLICY + lines)
+    assert [name for name in named if policy.decide_missions(name).is_allowed] == ['operator', 'console']
 
 
 def test_the_first_policy_is_one() -> None:

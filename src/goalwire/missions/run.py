@@ -227,28 +227,30 @@ class MissionRun:
     async def _carry_out(self, command: Command) -> None:
         match command.verb:
             case 'pause' | 'resume':
-                await self._take_pause(is_paused=command.verb == 'pause')
+                await self._take_pause(_who(command), is_paused=command.verb == 'pause')
             case 'cancel' if self.stop is None and self.state.is_open:
                 body: dict[str, Json] = {
                     'by': 'cancel',
-                    'why': 'somebody cancelled it',
+                    'why': f'{_who(command) or "somebody"} cancelled it',
                     'undo': bool(command.body.get('undo', True)),
                 }
                 await self._request_stop(body)
             case 'decide' | 'approve':
                 await self._take_answer(command.body)
 
-    async def _take_pause(self, *, is_paused: bool) -> None:
+    async def _take_pause(self, who: str, *, is_paused: bool) -> None:
         if self.state is MissionState.STUCK and not is_paused:
             await self._replay_again()
             return
         if not self.state.is_open:
             return
-        note: dict[str, Json] = {'text': 'paused' if is_paused else 'resumed', 'paused': is_paused}
+        text = ('paused' if is_paused else 'resumed') + (f' by {who}' if who else '')
+        note: dict[str, Json] = {'text': text, 'paused': is_paused}
         entry = Entry(EntryKind.NOTE, -1, note)
         waits = self.state.waits_for_somebody
         state = MissionState.PAUSED if is_paused and not waits else None
-        await self._write(Change(self.row.id, (entry,), state, 'somebody paused it' if state else ''))
+        why = f'{who or "somebody"} paused it' if state else ''
+        await self._write(Change(self.row.id, (entry,), state, why))
         if is_paused:
             self._gate.is_paused = True
             return
@@ -280,7 +282,8 @@ class MissionRun:
         if not isinstance(number, int) or not is_asking(self.entries_of(number)):
             return
         answer = str(body['answer'])
-        await self._write(Change(self.row.id, (Entry(EntryKind.ANSWERED, number, {'answer': answer}),)))
+        told = {key: body[key] for key in ('answer', 'who') if key in body}
+        await self._write(Change(self.row.id, (Entry(EntryKind.ANSWERED, number, told),)))
         if self._answer is not None and self._answer[0] == number and not self._answer[1].done():
             self._answer[1].set_result(answer)
 
@@ -310,3 +313,8 @@ class MissionRun:
         if self.state is MissionState.SUCCEEDED:
             return self.result
         raise MissionFailed(f'mission {self.row.id} {self.state}: {self.why}')
+
+
+def _who(command: Command) -> str:
+    """Return the name of the person who gave a command; '' if the command has no name."""
+    return str(command.body.get('who', ''))

@@ -124,6 +124,14 @@ class Authorizer:
         problem = self.problem_of(principal)
         return Decision(False, problem) if problem else self._policy.decide_stop(principal.name)
 
+    def decide_missions(self, principal: Principal) -> Decision:
+        """Decide if the principal and the server may command missions. A refusal names the line."""
+        problem = self.problem_of(principal)
+        if problem:
+            return Decision(False, problem)
+        own = self._policy.decide_missions(self.identity.name, self._domain)
+        return self._policy.decide_missions(principal.name, self._domain) if own.is_allowed else own
+
     @property
     def policy(self) -> Policy:
         """The policy as its file is now."""
@@ -139,29 +147,41 @@ class Authorizer:
     def note(self, principal: Principal, permission: Permission, decision: Decision, what: str = '') -> None:
         """Put into the audit log that somebody sends `what`, in one line, or was refused."""
         act = permission.verbs[0].value
-        who, via = principal.name, self.identity.name
-        if self.refuses(principal, decision):
-            outcome = 'was refused'
-        elif not decision.is_allowed:
-            outcome = 'would be refused'
-        else:
-            outcome = MOVES if self.moves(permission) else 'done'
+        outcome = self._outcome(principal, decision, MOVES if self.moves(permission) else 'done')
         if act == PUBLISH and decision.is_allowed:
-            self._streams.note(outcome, who, act, permission.name, decision.reason)
+            self._streams.note(outcome, principal.name, act, permission.name, decision.reason)
             return
+        self._put_act(outcome, principal, act, permission.name, decision, what)
+
+    def note_mission(
+        self, principal: Principal, act: str, mission: str, decision: Decision, what: str = ''
+    ) -> None:
+        """Write a command to a mission, allowed or refused, into the audit log: it may move the robot."""
+        self._put_act(self._outcome(principal, decision, MOVES), principal, act, mission, decision, what)
+
+    def _outcome(self, principal: Principal, decision: Decision, if_allowed: str) -> str:
+        if self.refuses(principal, decision):
+            return 'was refused'
+        return if_allowed if decision.is_allowed else 'would be refused'
+
+    def _put_act(
+        self, outcome: str, principal: Principal, act: str, name: str, decision: Decision, what: str
+    ) -> None:
         more = {'what': what[:MOST_TEXT]} if what else {}
-        self._put(write_entry(outcome, who, act, permission.name, decision.reason, via=via, **more))
+        via = self.identity.name
+        self._put(write_entry(outcome, principal.name, act, name, decision.reason, via=via, **more))
 
     def note_done(self, principal: Principal, act: str, name: str, text: str) -> None:
         """Put into the audit log what somebody has done: signed in, stopped or released a robot."""
         self._put(write_entry('done', principal.name, act, name, text, via=self.identity.name))
 
-    def note_stop(self, principal: Principal, names: Iterable[str], decision: Decision) -> None:
-        """Put an emergency stop into the audit log."""
+    def note_stop(
+        self, principal: Principal, names: Iterable[str], decision: Decision, act: str = STOP
+    ) -> None:
+        """Write an emergency stop, or another act that only stops a robot, into the audit log."""
         outcome = 'stops' if decision.is_allowed else 'was refused'
         for name in names:
-            entry = write_entry(outcome, principal.name, STOP, name, decision.reason, via=self.identity.name)
-            self._put(entry)
+            self._put_act(outcome, principal, act, name, decision, '')
 
     def _put(self, entry: Entry) -> None:
         self._disk.submit(self._write, entry)

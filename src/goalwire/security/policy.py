@@ -46,6 +46,8 @@ STOP = 'stop'
 """The word for the emergency stop of a console. Everybody may use the stop, unless the policy forbids it to
 them.
 """
+MISSIONS = 'missions'
+"""The key of a role that allows people to answer, resume and undo missions in a console."""
 
 
 @record
@@ -63,6 +65,15 @@ class Grant:
         return (
             verb is self.verb and (not self.domains or domain in self.domains) and matches(self.pattern, name)
         )
+
+
+@record
+class MissionGrant:
+    """A role with `missions = true`: its line, and the domains in which the role holds (empty: all)."""
+
+    role: str
+    line: int
+    domains: tuple[int, ...] = ()
 
 
 @record
@@ -107,6 +118,8 @@ class Policy:
     """The acts that move a robot: the audit log has each of them, even if it is allowed."""
     may_not_stop: Mapping[str, tuple[str, int]] = {}
     """For each identity the role, with its line, that forbids it the emergency stop of a console."""
+    missions: Mapping[str, tuple[MissionGrant, ...]] = {}
+    """The roles with `missions = true`, by the identity that has them."""
 
     @property
     def is_enforced(self) -> bool:
@@ -144,12 +157,26 @@ class Policy:
         line = self.lines.get(who, 0)
         return Decision(True, f"{self.title}:{line}: no role of '{who}' has stop = false")
 
+    def decide_missions(self, who: str, domain: int = 0) -> Decision:
+        """Decide if an identity may command missions in a console: no, unless a role allows it."""
+        if who not in self.grants:
+            return self.decide(who, Verb.CALL, '/')
+        for each in self.missions.get(who, ()):
+            if not each.domains or domain in each.domains:
+                return Decision(True, f'{self.title}:{each.line}: {each.role}: missions = true')
+        where = f' in domain {domain}' if domain else ''
+        line = self.lines.get(who, 0)
+        return Decision(
+            False, f"{self.title}:{line}: none of the roles of '{who}' has missions = true{where}"
+        )
+
     def rights_of(self, who: str) -> object:
         """Return a value that changes if the rights of an identity change, but not if only the policy's lines
         move.
         """
         grants = {(each.verb, each.pattern, each.domains) for each in self.grants.get(who, ())}
-        return self.mode, grants, who in self.may_not_stop
+        missions = {each.domains for each in self.missions.get(who, ())}
+        return self.mode, grants, who in self.may_not_stop, missions
 
     def moves(self, verb: Verb, name: str, domain: int = 0) -> bool:
         """Return whether an act moves a robot, as the policy or its default says."""

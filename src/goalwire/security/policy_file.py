@@ -8,6 +8,7 @@ namespace = "/robot1" # names that do not begin with a slash are below it
 domains = [0, 7]      # where the role holds; all domains if it is left out
 call = ["/reset", "arm/*"]
 stop = false          # no emergency stop of a console; only to forbid it
+missions = true       # answer, resume and undo missions in a console; only to allow it
 [moving]              # what the audit log has also if it is allowed; each verb has a default
 publish = ["/**/cmd_vel"]
 [identities]
@@ -21,17 +22,22 @@ import tomllib
 from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from goalwire.errors import PolicyError, SecurityError, did_you_mean, with_advice
 from goalwire.files import read_regular
 from goalwire.patterns import Pattern
-from goalwire.security.policy import MODES, MOVING, STOP, Grant, Policy, Verb
+from goalwire.security.policy import MISSIONS, MODES, MOVING, STOP, Grant, MissionGrant, Policy, Verb
 from goalwire.security.toml_places import Place, find_places
 
 _VERBS = {verb.value: verb for verb in Verb}
 _TABLES = ('mode', 'everyone', 'roles', 'moving', 'identities')
-_SETTINGS = ('namespace', 'domains', STOP)
+_SETTINGS = ('namespace', 'domains', STOP, MISSIONS)
+_SWITCHES = {
+    STOP: (False, 'leave it out, since everybody may stop; or write stop = false to forbid it'),
+    MISSIONS: (True, 'leave it out, since nobody may without it; or write missions = true to allow it'),
+}
+"""The settings that have one valid value: that value, and the advice if the file has another value."""
 _NAME = Pattern(r'(?:/(?:\*\*|[A-Za-z0-9_~*]+))+\Z')
 _TOML_PLACE = Pattern(r' \(at (?:line (\d+), column (\d+)|end of document)\)\Z')
 _LARGEST_DOMAIN = 232
@@ -53,6 +59,19 @@ def load_policy(path: Path) -> Policy:
     except UnicodeDecodeError as error:
         raise SecurityError(f"'{path}' is not UTF-8: {error.reason} at byte {error.start}") from None
     return read_policy(text, os.fspath(path))
+
+
+class _Switch(NamedTuple):
+    """A table of policy.toml that forbids the emergency stop, or allows commands to missions."""
+
+    path: tuple[str, ...]
+    """The table: ('everyone',), or ('roles', NAME)."""
+    line: int
+    domains: tuple[int, ...]
+
+    def concerns(self, having: object) -> bool:
+        """Return whether the table applies to an identity with these roles."""
+        return len(self.path) == 1 or (isinstance(having, list) and self.path[-1] in having)
 
 
 class _Reader:
@@ -102,7 +121,7 @@ class _Reader:
             name: tuple(self._grants(('roles', name), name, self._table(('roles', name), all_roles)))
             for name in all_roles
         }
-        forbidding = list(self._forbidding(content, all_roles))
+        forbids_stop, allows_missions = list(self._switches(STOP)), list(self._switches(MISSIONS))
         identities = self._table(('identities',), content)
         return Policy(
             str(mode),
@@ -111,35 +130,43 @@ class _Reader:
             {name: self._place(('identities', name)).line for name in identities},
             self._moving(self._table(('moving',), content)),
             {
-                name: (role, line)
+                name: (each.path[-1], each.line)
                 for name, having in identities.items()
-                for role, line in forbidding
-                if role == 'everyone' or (isinstance(having, list) and role in having)
+                for each in forbids_stop
+                if each.concerns(having)
+            },
+            {
+                name: tuple(
+                    MissionGrant(each.path[-1], each.line, each.domains)
+                    for each in allows_missions
+                    if each.concerns(having)
+                )
+                for name, having in identities.items()
             },
         )
 
     def _moving(self, table: dict[str, object]) -> tuple[Grant, ...]:
         """Return what moves a robot: a verb that the table lacks keeps its default."""
-        if STOP in table:
-            self._refuse(('moving', STOP), 'stop moves nothing', 'write it into [everyone] or a role')
+        for word in (STOP, MISSIONS):
+            if word in table:
+                self._refuse(('moving', word), f'{word} is not a verb', 'write it into [everyone] or a role')
         given = tuple(self._grants(('moving',), 'moving', table))
         return given + tuple(each for each in MOVING if each.verb.value not in table)
 
-    def _forbidding(self, content: dict[str, object], roles: dict[str, object]) -> Iterator[tuple[str, int]]:
-        """Yield the roles that forbid the emergency stop, with the lines in which they do."""
-        tables: list[tuple[tuple[str, ...], object]] = [(('everyone',), content.get('everyone'))]
+    def _switches(self, word: str) -> Iterator[_Switch]:
+        """Yield the tables that contain the setting `word`, which is STOP or MISSIONS."""
+        value, advice = _SWITCHES[word]
+        roles = self._table(('roles',), self._content)
+        tables: list[tuple[tuple[str, ...], object]] = [(('everyone',), self._content.get('everyone'))]
         tables += [(('roles', name), roles[name]) for name in roles]
         for path, table in tables:
-            if not isinstance(table, dict) or STOP not in table:
+            if not isinstance(table, dict) or word not in table:
                 continue
-            here = (*path, STOP)
-            if table[STOP] is not False:
-                self._refuse(
-                    here,
-                    f'stop is {table[STOP]!r}',
-                    'leave it out, since everybody may stop; or write stop = false to forbid it',
-                )
-            yield path[-1], self._place(here).line
+            here = (*path, word)
+            if table[word] is not value:
+                self._refuse(here, f'{word} is {table[word]!r}', advice)
+            domains = self._domains(path, table.get('domains', []))
+            yield _Switch(path, self._place(here).line, domains)
 
     def _table(self, path: tuple[str, ...], parent: dict[str, object]) -> dict[str, object]:
         found = parent.get(path[-1], {})

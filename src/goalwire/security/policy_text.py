@@ -12,6 +12,7 @@ FIRST_POLICY = """\
 # Verbs: run (have a node of that name), publish, subscribe, call, serve (services and actions),
 # send, cancel, watch (goals of actions), read, set (parameters of nodes), introspect (see the graph).
 # Names: '*' is any part of a name between slashes, '/**' any number of them.
+# missions = true: answer, resume and undo missions in a console.
 
 mode = "enforce"  # or "audit": all is let through, and what would be refused is logged
 
@@ -43,6 +44,7 @@ cancel = ["/**"]
 watch = ["/**"]
 read = ["/**"]
 introspect = ["/**"]
+missions = true
 
 [roles.viewer]
 run = ["/**"]
@@ -64,6 +66,7 @@ watch = ["/**"]
 read = ["/**"]
 set = ["/**"]
 introspect = ["/**"]
+missions = true
 
 [identities]  # who has which of these roles
 """

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from goalwire.errors import NotAllowedError
 from goalwire.security.authorizer import Authorizer, Principal
 from goalwire.security.needs import Permission
-from goalwire.security.policy import Decision
+from goalwire.security.policy import STOP, Decision
 
 
 class SignedIn:
@@ -61,16 +61,34 @@ class SignedIn:
         decision = self._authorizer.decide_stop(self._principal)
         return '' if decision.is_allowed else decision.reason
 
-    def check_to_stop(self, names: Sequence[str]) -> None:
+    def check_to_stop(self, names: Sequence[str], act: str = STOP) -> None:
         """Raise NotAllowedError if the emergency stops of these names may not be used.
+
+        `act` names the act in the audit log, if it is not the emergency stop.
 
         Everybody who has signed in may use them, unless a role says `stop = false`: a gap in a policy must
         not cost anybody the stop.
         """
         decision = self._authorizer.decide_stop(self._principal)
-        self._authorizer.note_stop(self._principal, names, decision)
+        self._authorizer.note_stop(self._principal, names, decision, act)
         if not decision.is_allowed:
             raise NotAllowedError(f'{decision.reason}: nothing was stopped')
+
+    def why_not_missions(self) -> str:
+        """Return why the policy refuses commands to missions; '' if it allows them."""
+        decision = self._authorizer.decide_missions(self._principal)
+        return decision.reason if self._authorizer.refuses(self._principal, decision) else ''
+
+    def check_to_command(self, mission: str, act: str, what: str = '') -> None:
+        """Raise NotAllowedError if the policy refuses a command; `act` and `what` are for the audit log."""
+        decision = self._authorizer.decide_missions(self._principal)
+        self.note_mission(mission, act, decision, what)
+        if self._authorizer.refuses(self._principal, decision):
+            raise NotAllowedError(f'{decision.reason}: nothing was sent')
+
+    def note_mission(self, mission: str, act: str, decision: Decision, what: str = '') -> None:
+        """Write a command to a mission into the audit log, also if it was refused."""
+        self._authorizer.note_mission(self._principal, act, mission, decision, what)
 
     def note(self, permission: Permission, decision: Decision, what: str = '') -> None:
         """Put into the audit log what is sent, or was refused."""

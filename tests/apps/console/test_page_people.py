@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.console import Stage, picture
+from helpers.console import PROGRAMS, Stage, picture
 from helpers.page import confirm, new_context, row, view
-from helpers.patience import wait_for
+from helpers.patience import BROWSER, wait_for
 from helpers.processes import Program
 
 from goalwire.security import audit
@@ -25,6 +25,7 @@ POLICY = f"""\
 publish = ["/rosout", "/parameter_events"]
 [roles.robot]
 {ALL}
+missions = true
 [roles.operator]
 call = ["/lamp"]
 send = ["/go_to"]
@@ -33,6 +34,8 @@ subscribe = ["/**"]
 watch = ["/**"]
 read = ["/**"]
 introspect = ["/**"]
+missions = true
+[roles.guest]
 [roles.narrow]
 stop = false
 subscribe = ["/load"]
@@ -41,6 +44,7 @@ robby = ["robot"]
 console = ["robot"]
 ann = ["operator"]
 ben = ["narrow"]
+cy = ["guest"]
 """
 SignedIn = Callable[[str], Any]
 
@@ -61,14 +65,30 @@ def keystore(tmp_path_factory: pytest.TempPathFactory) -> Keystore:
 
 
 @pytest.fixture(scope='module')
-def world(keystore: Keystore) -> Iterator[tuple[Program, str]]:
-    """The robot, and the address of a console beside it."""
+def world(keystore: Keystore, journal: Path) -> Iterator[tuple[Program, str]]:
+    """The robot, and the address of a console beside it, which shows the missions of `carrier`."""
     pytest.importorskip('nicegui')
     stage = Stage('rmw_zenoh_cpp')
     stage.env['GOALWIRE_SECURITY'] = f'{keystore.path}:robby'
     robot = stage.robot()
     stage.env['GOALWIRE_SECURITY'] = f'{keystore.path}:console'
-    yield robot, stage.console()[1]
+    yield robot, stage.console('--missions', str(journal))[1]
+    stage.close()
+
+
+@pytest.fixture(scope='module')
+def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp('missions') / 'missions.db'
+
+
+@pytest.fixture
+def carrier(keystore: Keystore, journal: Path) -> Iterator[Program]:
+    """A runner with a mission that asks, and one that was paused."""
+    stage = Stage('rmw_zenoh_cpp')
+    stage.env['GOALWIRE_SECURITY'] = f'{keystore.path}:robby'
+    runner = stage.program(PROGRAMS / 'carrier.py', str(journal))
+    runner.expect('^ready$', BROWSER)
+    yield runner
     stage.close()
 
 
@@ -164,6 +184,36 @@ def test_who_may_see_little_sees_little_and_cannot_stop(sign_in: SignedIn, keyst
     page.keyboard.press('Pause')
     page.wait_for_selector('[data-stop-report=failed]:has-text("stop = false")')
     _wait_for_entry(keystore, who='ben', act='stop', outcome='was refused', key='/estop')
+
+
+def test_missions_go_on_by_those_whom_the_policy_allows_it_and_others_can_stop_them(
+    sign_in: SignedIn, keystore: Keystore, carrier: Program
+) -> None:
+    # Ben may not even stop: all his buttons are disabled, and say why.
+    page = sign_in('ben')
+    view(page, 'missions')
+    nobody = '[disabled][data-why*="none of the roles of \'ben\' has missions = true"]'
+    for mission, word in (('asks', 'yes'), ('asks', 'no'), ('paused', 'resume'), ('paused', 'undo')):
+        page.wait_for_selector(f'[data-question={mission}] [data-say={word}]{nobody}')
+    page.wait_for_selector('[data-question=paused] [data-say=cancel][disabled][data-why*="stop = false"]')
+
+    # Cy has no right at all, and that is enough to stop a mission.
+    page = sign_in('cy')
+    view(page, 'missions')
+    page.wait_for_selector('[data-question=paused] [data-say=resume][disabled]')
+    picture(page, 'missions-refused')
+    page.click('[data-question=paused] [data-say=cancel]:not([disabled])')
+    carrier.expect('^paused canceled cy cancelled it', BROWSER)
+    _wait_for_entry(keystore, who='cy', act='cancel', key='mission wait paused', outcome='stops')
+
+    page = sign_in('ann')
+    view(page, 'missions')
+    page.click('[data-question=asks] [data-say=yes]:not([disabled])')
+    carrier.expect('^asks succeeded .*ann$', BROWSER)
+    _wait_for_entry(keystore, who='ann', act='approve', key='mission carry asks', what='yes', outcome='moves')
+    view(page, 'logs')
+    page.wait_for_selector('td:has-text("cy: cancel mission wait paused")')
+    page.wait_for_selector('td:has-text("ann: approve mission carry asks: yes")')
 
 
 def test_a_page_ends_with_its_token(sign_in: SignedIn, keystore: Keystore) -> None:

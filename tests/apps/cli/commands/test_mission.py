@@ -97,6 +97,13 @@ def test_history_has_a_line_for_each_entry(journal: Journal) -> None:
     assert (found['entry'], found['step'], found['goal_id']) == ('intent', 1, 'ab' * 16)
 
 
+def test_history_names_who_has_answered(journal: Journal) -> None:
+    with Store(journal.file) as store:
+        answer = Entry(EntryKind.ANSWERED, 0, {'answer': 'yes', 'who': 'ann'}, b'', 4.0)
+        store.commit([Change('approval', (answer,))], 4.0)
+    assert journal.run('history', 'approval')[-1].endswith('step 1: answer: yes, by ann')
+
+
 def test_commands_wait_in_the_journal_for_the_runner(journal: Journal) -> None:
     journal.run('decide', 'lost', 'again')
     journal.run('approve', 'approval', 'no')

@@ -106,6 +106,8 @@ def test_explain_says_yes_or_no_and_which_line(line: CommandLine, tmp_path: Path
     assert yes == 'yes: policy.toml:2: op: call /reset\n'
     no = line('secure', 'explain', 'ann', 'call', '/other')
     assert (no.code, no.out) == (7, "no: policy.toml:4: none of the roles of 'ann' may call '/other'\n")
+    no = line('secure', 'explain', 'ann', 'missions')
+    assert (no.code, no.out) == (7, "no: policy.toml:4: none of the roles of 'ann' has missions = true\n")
     (tmp_path / 'policy.toml').write_text(policy.replace('call', 'cal'))
     assert line.fails('secure', 'explain', 'ann', 'call', '/x', code=1) == (
         "ros2: policy.toml:2:1: 'cal' is not a verb; did you mean 'call' or 'cancel'?"

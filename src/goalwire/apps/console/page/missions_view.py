@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import background_tasks, ui
 
-from goalwire.apps.console.page.parts import LiveTable, SwimLanes, head, lane_groups
+from goalwire.apps.console.page.parts import LiveTable, SwimLanes, forbid, head, lane_groups
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.mission_journal import COMMANDS, SeenMission
 from goalwire.errors import MissionError, peer_text
@@ -16,11 +16,12 @@ from goalwire.rules.missions.entries import EntryKind, MissionState
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.session import Session
+    from goalwire.missions.store import MissionRow
 
 _SPAN_S = 300
 _LABEL = 0.14
 """The fraction of a lane's width that the text before a short bar needs."""
-_MOVES = {'again', 'resume'}
+_MOVES = {'again', 'resume', 'undo'}
 """Answers and commands to a mission after which the robot may move: the user must confirm them."""
 _LABELS = {
     'done': 'It was done',
@@ -29,7 +30,8 @@ _LABELS = {
     'yes': 'Yes',
     'no': 'No',
     'resume': 'Resume',
-    'cancel': 'Cancel',
+    'undo': 'Cancel and undo',
+    'cancel': 'Cancel without undo',
 }
 _TONES = {
     MissionState.RUNNING: 'info',
@@ -122,28 +124,30 @@ class MissionsView(View):
                         ui.label(str(row.state)).classes('gw-chip warn')
                     ui.label(row.why).style('overflow-wrap: anywhere')
                     if self.settings.may_send(row.name):
-                        self._put_buttons(row.id, COMMANDS[row.state], row.why)
+                        self._put_buttons(row, COMMANDS[row.state])
 
-    def _put_buttons(self, mission: str, words: tuple[str, ...], why: str) -> None:
+    def _put_buttons(self, row: MissionRow, words: tuple[str, ...]) -> None:
         async def say(word: str) -> None:
             if word in _MOVES and not await self.page.confirm(
-                'mission', mission, f'{_LABELS[word]}? The robot may move then.', why, _LABELS[word],
+                'mission', row.id, f'{_LABELS[word]}? The robot may move then.', row.why, _LABELS[word],
                 may_trust=False,
             ):  # fmt: skip
                 return
-            await self.page.attempt(self._journal.say(mission, word))
+            await self.page.attempt(self._journal.say(row.id, word, self.rights))
 
         with ui.element('div').classes('gw-actions'):
             for word in words:
-                ui.button(_LABELS[word], on_click=lambda word=word: say(word)).props(
+                button = ui.button(_LABELS[word], on_click=lambda word=word: say(word)).props(
                     f'unelevated dense no-caps padding="4px 14px" data-say={word}'
                 )
+                forbid(button, self.rights.why_not_command(row.name, word))
 
     def _put_lanes(self) -> None:
         now = time()
         ahead = now - monotonic()
-        goals = self.session.goals
-        shown = [goal for goal in goals if goal.ended is None or goal.ended > monotonic() - _SPAN_S]
+        since = monotonic() - _SPAN_S
+        recent = (goal for goal in self.session.goals if goal.ended is None or goal.ended > since)
+        shown = self.rights.of_seen_actions(recent)
         below = lane_groups(shown, monotonic(), _SPAN_S * _LABEL)
         for group in below:
             for goal in group['goals']:

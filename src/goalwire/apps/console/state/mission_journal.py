@@ -19,7 +19,8 @@ from goalwire.records import record
 from goalwire.rules.missions.entries import Entry, MissionState
 
 if TYPE_CHECKING:
-    from goalwire.apps.console.settings import Settings
+    from goalwire.apps.console.state.rights import Rights
+    from goalwire.rules.missions.entries import Json
 
 MOST_ENDED = 30
 """The most missions that are shown besides the open ones."""
@@ -27,11 +28,13 @@ MOST_ENDED = 30
 COMMANDS = {
     MissionState.LOST: tuple(ANSWERS['decide']),
     MissionState.APPROVAL: ANSWERS['approve'],
-    MissionState.HELD: ('resume', 'cancel'),
-    MissionState.PAUSED: ('resume', 'cancel'),
+    MissionState.HELD: ('resume', 'undo', 'cancel'),
+    MissionState.PAUSED: ('resume', 'undo', 'cancel'),
     MissionState.STUCK: ('resume', 'cancel'),
 }
-"""What a person can say to a mission that waits."""
+"""The commands that a person can give to a mission that waits, by its state. `undo` cancels the mission and
+runs its undo steps, which may move the robot; `cancel` runs none of them.
+"""
 
 
 @record
@@ -45,9 +48,8 @@ class SeenMission:
 class MissionJournal:
     """One journal file, for all pages."""
 
-    def __init__(self, path: str, settings: Settings) -> None:
+    def __init__(self, path: str) -> None:
         self.path = Path(path)
-        self._settings = settings
         self._lock = asyncio.Lock()
         self._ended: dict[str, SeenMission] = {}
         """Missions that have ended, which no longer change."""
@@ -73,23 +75,33 @@ class MissionJournal:
             self._ended[row.id] = seen
         return self._ended[row.id]
 
-    async def say(self, mission: str, word: str) -> None:
+    async def say(self, mission: str, word: str, by: Rights) -> None:
         """Answer a mission's question, or resume or cancel it.
 
-        Raises NotAllowedError if the console may not send to the mission's name, MissionError if the mission
-        no longer waits for this answer or command, JournalError.
+        Raises NotAllowedError if the console or its visitor may not send this to the mission, MissionError if
+        the mission no longer waits for this answer or command, JournalError.
         """
         async with self._lock:
-            await in_thread(lambda: self._say(mission, word))
+            row, verb, body = await in_thread(lambda: self._find_command(mission, word))
+            by.check_to_command(row.name, mission, verb, word)
+            if by.who:
+                body['who'] = by.who
+            await in_thread(lambda: self._leave(mission, verb, body))
 
-    def _say(self, mission: str, word: str) -> None:
+    def _find_command(self, mission: str, word: str) -> tuple[MissionRow, str, dict[str, Json]]:
+        """Return the mission, and the verb and the body of the command that the button `word` gives."""
         with Store(self.path, must_exist=True) as store:
             row = store.mission(mission)
             if row is None or word not in COMMANDS.get(row.state, ()):
                 raise MissionError(f"mission '{mission}' does not wait for that any more")
-            self._settings.check_may_send(row.name)
-            verb = {MissionState.LOST: 'decide', MissionState.APPROVAL: 'approve'}.get(row.state, word)
-            is_answer = verb in ANSWERS
-            body = answer_body(verb, word, row.state, store.entries(mission)) if is_answer else {}
+            if word in {'undo', 'cancel'}:
+                return row, 'cancel', {'undo': word == 'undo'}
+            if word == 'resume':
+                return row, 'resume', {}
+            verb = 'decide' if row.state is MissionState.LOST else 'approve'
+            return row, verb, answer_body(verb, word, row.state, store.entries(mission))
+
+    def _leave(self, mission: str, verb: str, body: dict[str, Json]) -> None:
+        with Store(self.path, must_exist=True) as store:
             store.command(mission, verb, body)
             wake_runner(store)

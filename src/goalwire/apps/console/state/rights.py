@@ -15,6 +15,8 @@ from goalwire.security.signed_in import SignedIn
 
 _SENDING = (Verb.PUBLISH, Verb.CALL, Verb.SERVE, Verb.SEND, Verb.CANCEL, Verb.SET)
 """The verbs that send something: the console's options --read-only and --allow limit these alone."""
+_ONLY_STOPS = ('cancel',)
+"""Commands after which no step of a mission begins: who may use the emergency stop may give them."""
 _AGAIN_S = 10.0
 """Equal lines about a visitor are logged once in this many seconds: sliders publish ten times a second."""
 
@@ -91,6 +93,14 @@ class Rights:
         """
         return '' if self._visitor is None else self._visitor.why_not_stop()
 
+    def why_not_command(self, mission: str, word: str) -> str:
+        """Return why the visitor may not give the command `word` to a mission of that name; '' if it may."""
+        if not self._settings.may_send(mission):
+            return _reason(self._settings, mission)
+        if self._visitor is None:
+            return ''
+        return self._visitor.why_not_stop() if word in _ONLY_STOPS else self._visitor.why_not_missions()
+
     def _why_not(self, permission: Permission) -> str:
         return '' if self._visitor is None else self._visitor.why_not(permission)
 
@@ -141,6 +151,27 @@ class Rights:
         if self._visitor is not None:
             self._visitor.check_to_stop(names)
             self._tell(f'stop {", ".join(names)}')
+
+    def check_to_command(self, mission: str, id_: str, verb: str, word: str) -> None:
+        """Raise NotAllowedError if the visitor may not give the command `word`; else log the command.
+
+        `mission` and `id_` are the name and the id of the mission; `verb` is that of the command.
+        """
+        title = f'mission {mission} {id_}'
+        what = '' if word == verb else word
+        try:
+            self._settings.check_may_send(mission)
+        except NotAllowedError as error:
+            if self._visitor is not None:
+                self._visitor.note_mission(title, verb, Decision(False, str(error)), what)
+            raise
+        if self._visitor is None:
+            return
+        if word in _ONLY_STOPS:
+            self._visitor.check_to_stop([title], verb)
+        else:
+            self._visitor.check_to_command(title, verb, what)
+        self._tell(f'{verb} {title}' + (f': {what}' if what else ''))
 
     def note(self, act: str, name: str, text: str) -> None:
         """Put into the log and the audit log what the visitor has done."""

@@ -50,7 +50,7 @@ class Session:
         self.goal_watch = GoalWatch(node, self.goals, self.sender, self.types)
         self.logs = LogBook()
         self.recording = LiveRecording(node, settings)
-        self.missions = MissionJournal(settings.missions, settings) if settings.missions else None
+        self.missions = MissionJournal(settings.missions) if settings.missions else None
         """The journal of missions; None if the console shows none."""
         self.meshes = Meshes()
         self.vitals: dict[str, Vitals] = {}

@@ -75,7 +75,8 @@ def _text(entry: Entry) -> str:
         case EntryKind.ASKED:
             return f'asks: {body["question"]}'
         case EntryKind.ANSWERED:
-            return f'answer: {body["answer"]}'
+            by = f', by {body["who"]}' if 'who' in body else ''
+            return f'answer: {body["answer"]}{by}'
         case EntryKind.ENDED:
             return f'{what} {_ending(body)}'
         case EntryKind.STOP:
