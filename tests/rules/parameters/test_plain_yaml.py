@@ -88,6 +88,17 @@ def test_a_node_may_stand_below_its_namespace(node: str) -> None:
     assert flat_values(content, None, use_wildcard=False) == {'a': 1, 'b': 2}
 
 
+def test_a_node_may_stand_in_both_ways_and_has_the_values_of_both() -> None:
+    content = {
+        '/left': {'arm': {'ros__parameters': {'a': 1}}},
+        '/left/arm': {'ros__parameters': {'b': 2}},
+        '/*/arm': {'ros__parameters': {'w': 3}},
+    }
+    assert flat_values(content, ['/left/arm'], use_wildcard=False) == {'a': 1, 'b': 2}
+    assert flat_values(content, None, use_wildcard=False) == {'a': 1, 'b': 2}
+    assert flat_values(content, None, use_wildcard=True) == {'a': 1, 'b': 2, 'w': 3}
+
+
 @pytest.mark.parametrize('pattern', ['/**/arm', '/*/arm', '/left/*'])
 def test_a_pattern_gives_values_below_those_of_the_name(pattern: str) -> None:
     content = {
@@ -103,7 +114,7 @@ def test_a_pattern_gives_values_below_those_of_the_name(pattern: str) -> None:
 @pytest.mark.parametrize(
     ('content', 'error'),
     [
-        (CONTENT, r"^Param file does not contain parameters for nope,only for nodes: \['/\*\*', '/ns/pn', "),
+        (CONTENT, r"^Param file .* selected parameters: none are for nope, only for \['/\*\*', '/ns/pn', "),
         (None, r'^a parameter file holds names of nodes, each with ros__parameters; not None'),
         ([1], r'^a parameter file holds names of nodes'),
         ({'nope': 5}, r'^YAML file is not a valid ROS parameter file for node nope$'),

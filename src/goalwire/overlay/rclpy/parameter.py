@@ -41,9 +41,9 @@ def parameter_dict_from_yaml_file(
     target_nodes: list[str] | None = None,
     namespace: str = '',
 ) -> dict[str, ParameterMessage]:
-    """Return a file's parameters for `target_nodes` (None: all except `/**`), by name.
+    """Return a file's parameters for `target_nodes` (None: for all nodes in it), by name.
 
-    With `use_wildcard` include those of `/**`. Raises OSError, yaml.YAMLError, RuntimeError.
+    With `use_wildcard` include those of names that have a `*`. Raises OSError, yaml.YAMLError, RuntimeError.
     """
     from goalwire.entities.parameters.files import parameters_from_yaml_file
 

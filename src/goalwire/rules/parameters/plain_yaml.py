@@ -12,7 +12,7 @@ from goalwire.rules.parameters.file_syntax import KEY, matches
 from goalwire.rules.parameters.parameter import SCALARS, ParameterValue, Type, is_kind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     Below: TypeAlias = dict[object, object]
 
@@ -67,24 +67,28 @@ def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool)
     """Return the values in a file's content for some nodes (None: for all), by dotted parameter names.
 
     In the file, a node stands under its full name, or below its namespace. With `use_wildcard` the values of
-    `/**` apply first, then those of names such as `/*/arm` that match a node. Raises FileShapeError.
+    `/**` apply first, then those of names such as `/*/arm` that match a node. Without it, names that have a
+    `*` are left out, as in rclpy since 7.1.11. Raises FileShapeError.
     """
     if not isinstance(content, dict):
         raise FileShapeError(
             'a parameter file holds names of nodes, each with ros__parameters; '
             f'not {reprlib.repr(plain_values(content))}'
         )
-    branches = dict(_branches(content))
+    branches: dict[str, list[object]] = {}
+    for name, branch in _branches(content):
+        branches.setdefault(name, []).append(branch)
     chosen = [name for name in branches if use_wildcard and name == '/**']
     for node in nodes or ():
         chosen += _names_of(node, branches, use_wildcard=use_wildcard)
     if not nodes:
-        chosen += [name for name in branches if name != '/**']
+        chosen += [name for name in branches if name != '/**' and (use_wildcard or '*' not in name)]
     if not chosen:
         raise FileShapeError('Param file does not contain selected parameters')
     values: dict[str, object] = {}
     for name in chosen:
-        values.update(_flat(_parameters(name, branches[name]), ''))
+        for branch in branches[name]:
+            values.update(_flat(_parameters(name, branch), ''))
     return values
 
 
@@ -105,7 +109,7 @@ def _is_namespace(branch: object) -> bool:
     return all(isinstance(below, dict) and KEY in below for below in branch.values())
 
 
-def _names_of(node: str, branches: dict[str, object], *, use_wildcard: bool) -> list[str]:
+def _names_of(node: str, branches: Collection[str], *, use_wildcard: bool) -> list[str]:
     """Return the names in a file that match a node; raises FileShapeError if none does."""
     absolute = node if node.startswith('/') else f'/{node}'
     patterns = [name for name in branches if use_wildcard and '*' in name and name != '/**']
@@ -113,8 +117,8 @@ def _names_of(node: str, branches: dict[str, object], *, use_wildcard: bool) -> 
     names += [name for name in branches if name == node or ('*' not in name and matches(name, absolute))]
     if not names:
         raise FileShapeError(
-            f'Param file does not contain parameters for {node},'
-            f'only for nodes: {reprlib.repr(list(branches))}'
+            f'Param file does not contain selected parameters: none are for {node}, '
+            f'only for {reprlib.repr(list(branches))}'
         )
     return names
 
