@@ -1,1 +1,3 @@
-"""Coordinate frames: a tree of transforms over time. Pure: no I/O, no messages, no threads of its own."""
+"""Coordinate frames: a tree of transforms over time. This package does no I/O, and has no messages and
+threads.
+"""

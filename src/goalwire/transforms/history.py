@@ -1,6 +1,6 @@
-"""The history of one link of the tree: a frame's place in its parent, over time or for ever.
+"""The history of one link of the tree: a frame's pose in its parent frame, over time or static.
 
-Times are in ns; LATEST, 0, asks for the newest.
+Times are in ns; the time LATEST (0) stands for the newest known time.
 """
 
 from __future__ import annotations
@@ -15,31 +15,33 @@ LATEST = 0
 
 
 class Link(NamedTuple):
-    """A frame's motion into its parent frame."""
+    """A frame's parent frame, and the transform from the frame to its parent."""
 
     parent: str
     motion: Rigid
 
 
 class FixedLink:
-    """A static transform: the last one that was inserted holds at all times."""
+    """A static transform: the last link that was inserted is valid at all times."""
 
     def __init__(self) -> None:
         self._link: Link | None = None
         self.stamps = [LATEST]
 
     def insert(self, stamp: int, link: Link) -> bool:  # noqa: ARG002 - a History needs the stamp
-        """Store a link in place of the one before; return True."""
+        """Store a link in place of the earlier link; return True."""
         self._link = link
         return True
 
     def at(self, time: int) -> Link | None:  # noqa: ARG002 - it does not matter
-        """Return the link; None before the first."""
+        """Return the link; None if no link was inserted yet."""
         return self._link
 
 
 class History:
-    """A moving transform: the links of the last `span` ns. Between two of them it is interpolated."""
+    """A moving transform: the links of the last `span` ns. Between two links the transform
+    is interpolated.
+    """
 
     def __init__(self, span: int) -> None:
         self._span = span
@@ -48,7 +50,9 @@ class History:
         self._links: list[Link] = []
 
     def insert(self, stamp: int, link: Link) -> bool:
-        """Store a link; return False if it is older than all kept ones. A duplicate changes nothing."""
+        """Store a link; return False if it is more than `span` older than the newest. A duplicate changes
+        nothing.
+        """
         if self.stamps and stamp < self.stamps[-1] - self._span:
             return False
         first, place = bisect_left(self.stamps, stamp), bisect_right(self.stamps, stamp)
@@ -60,9 +64,9 @@ class History:
         return True
 
     def at(self, time: int) -> Link | None:
-        """Return the link at a time; None if there are none at all. Raises ExtrapolationException.
+        """Return the link at a time; None if no link is stored. Raises ExtrapolationException.
 
-        Between links to two parents the older one holds.
+        Between two links with different parents the older link is valid.
         """
         if not self.stamps:
             return None
@@ -94,5 +98,5 @@ class History:
 
 
 def seconds(time: int) -> str:
-    """Return a time in ns as tf2 writes it: seconds, with microseconds."""
+    """Return a time in ns as text in tf2's form: seconds with six decimals."""
     return f'{time / 1e9:.6f}'

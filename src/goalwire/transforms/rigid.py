@@ -1,4 +1,4 @@
-"""Rigid motions: a rotation (unit quaternion x, y, z, w), then a translation (metres)."""
+"""Rigid transforms: a rotation (unit quaternion x, y, z, w), then a translation (metres)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ Quaternion: TypeAlias = tuple[float, float, float, float]
 
 NO_ROTATION: Quaternion = (0.0, 0.0, 0.0, 1.0)
 _NEARLY_PARALLEL = 1.0 - 1e-10
-_TINY = 1e-12  # the sine of an angle that counts as 0
+_TINY = 1e-12  # an angle with a smaller sine counts as 0
 
 
 class Rigid(NamedTuple):
-    """Takes a point of one frame to its coordinates in another."""
+    """A rigid transform: converts the coordinates of a point from one frame to another."""
 
     translation: Vector
     rotation: Quaternion
@@ -24,18 +24,20 @@ class Rigid(NamedTuple):
         return _add(rotate(self.rotation, point), self.translation)
 
     def after(self, first: Rigid) -> Rigid:
-        """Return the motion that does `first`, then this."""
+        """Return the transform that applies `first`, then this transform."""
         return Rigid(self.apply(first.translation), multiply(self.rotation, first.rotation))
 
     def inverse(self) -> Rigid:
-        """Return the motion that undoes this one."""
+        """Return the inverse of this transform."""
         x, y, z, w = self.rotation
         back: Quaternion = (-x, -y, -z, w)
         moved = rotate(back, self.translation)
         return Rigid((-moved[0], -moved[1], -moved[2]), back)
 
     def towards(self, other: Rigid, ratio: float) -> Rigid:
-        """Return the motion between this (ratio 0) and other (1): on a straight line, by the shorter turn."""
+        """Interpolate between this transform (ratio 0) and `other` (1): on a straight line, by the shorter
+        turn.
+        """
         (a, b, c), (d, e, f) = self.translation, other.translation
         between = (a + (d - a) * ratio, b + (e - b) * ratio, c + (f - c) * ratio)
         return Rigid(between, slerp(self.rotation, other.rotation, ratio))
@@ -45,7 +47,7 @@ IDENTITY = Rigid((0.0, 0.0, 0.0), NO_ROTATION)
 
 
 def multiply(left: Quaternion, right: Quaternion) -> Quaternion:
-    """Return the rotation that does `right`, then `left`."""
+    """Return the rotation that applies `right`, then `left`."""
     x1, y1, z1, w1 = left
     x2, y2, z2, w2 = right
     return (
@@ -57,7 +59,7 @@ def multiply(left: Quaternion, right: Quaternion) -> Quaternion:
 
 
 def rotate(rotation: Quaternion, vector: Vector) -> Vector:
-    """Return a vector turned by a unit quaternion."""
+    """Return a vector rotated by a unit quaternion."""
     x, y, z, w = rotation
     axis = (x, y, z)
     turned = cross(axis, vector)
@@ -66,7 +68,7 @@ def rotate(rotation: Quaternion, vector: Vector) -> Vector:
 
 
 def cross(left: Vector, right: Vector) -> Vector:
-    """Return the cross product."""
+    """Return the cross product of two vectors."""
     a, b, c = left
     d, e, f = right
     return b * f - c * e, c * d - a * f, a * e - b * d
@@ -78,18 +80,20 @@ def difference(left: Vector, right: Vector) -> Vector:
 
 
 def scale(vector: Vector, factor: float) -> Vector:
-    """Return a vector, longer by a factor."""
+    """Return a vector multiplied by a factor."""
     return vector[0] * factor, vector[1] * factor, vector[2] * factor
 
 
 def conjugate(rotation: Quaternion) -> Quaternion:
-    """Return the rotation that undoes this one."""
+    """Return the inverse of a rotation."""
     x, y, z, w = rotation
     return -x, -y, -z, w
 
 
 def rotation_vector(rotation: Quaternion) -> Vector:
-    """Return the axis of the shorter turn, as long as its angle in rad."""
+    """Return a rotation as a vector: its direction is the axis, its length the angle in rad (the shorter
+    turn).
+    """
     x, y, z, w = rotation if rotation[3] >= 0 else (-part for part in rotation)
     sine = sqrt(x * x + y * y + z * z)
     factor = 2.0 if sine < _TINY else 2 * atan2(sine, w) / sine
@@ -97,13 +101,13 @@ def rotation_vector(rotation: Quaternion) -> Vector:
 
 
 def norm_squared(rotation: Quaternion) -> float:
-    """Return the sum of the squares, 1 for a rotation."""
+    """Return the sum of the squares of a quaternion's parts, which is 1 for a rotation."""
     x, y, z, w = rotation
     return x * x + y * y + z * z + w * w
 
 
 def normalize(rotation: Quaternion) -> Quaternion:
-    """Return a quaternion scaled to length 1; the identity for one of length 0."""
+    """Return a quaternion scaled to length 1; the identity for a quaternion of length 0."""
     length = sqrt(norm_squared(rotation))
     if length == 0:
         return NO_ROTATION
@@ -112,9 +116,10 @@ def normalize(rotation: Quaternion) -> Quaternion:
 
 
 def canonical(rotation: Quaternion) -> Quaternion:
-    """Of the two quaternions of a rotation, return the one that tf2 gives.
+    """Of the two quaternions that stand for a rotation, return the one that tf2 returns.
 
-    tf2 makes it from a matrix: w is positive for turns of less than 120 degrees, else the largest of x, y, z.
+    tf2 computes it from a matrix: w is positive for turns of less than 120 degrees, else the largest of x, y
+    and z is positive.
     """
     x, y, z, w = normalize(rotation)
     leading = w if 4 * w * w > 1 else max(x, y, z, key=abs)
@@ -123,7 +128,9 @@ def canonical(rotation: Quaternion) -> Quaternion:
 
 
 def slerp(start: Quaternion, end: Quaternion, ratio: float) -> Quaternion:
-    """Return the rotation between two, at constant angular velocity along the shorter way."""
+    """Interpolate between two rotations (ratio 0 to 1), at constant angular velocity along the
+    shorter turn.
+    """
     cosine = sum(a * b for a, b in zip(start, end, strict=True))
     sign = copysign(1.0, cosine)
     if abs(cosine) > _NEARLY_PARALLEL:

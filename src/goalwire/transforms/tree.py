@@ -1,4 +1,4 @@
-"""The tree of frames: each frame's parent, and the transform between two frames at a time.
+"""The tree of frames: it stores each frame's parent, and computes the transform between two frames at a time.
 
 Every method may be called on any thread.
 """
@@ -37,21 +37,21 @@ NORM_TOLERANCE = 0.01  # tolerance of a quaternion's squared length, as in tf2
 
 
 class Found(NamedTuple):
-    """A motion between two frames, and the time it holds at."""
+    """A transform between two frames, and the time at which it is valid."""
 
     motion: Rigid
     time: int
 
 
 class Velocity(NamedTuple):
-    """A velocity in m/s, and the axis of a turn as long as its speed in rad/s."""
+    """A linear velocity in m/s, and an angular velocity in rad/s as a vector along the axis."""
 
     linear: Vector
     angular: Vector
 
 
 class FrameReport(NamedTuple):
-    """The facts that `frames` tells about one frame; times in ns."""
+    """What `frames` reports about one frame; times in ns."""
 
     name: str
     parent: str
@@ -62,26 +62,27 @@ class FrameReport(NamedTuple):
 
 
 class TransformTree:
-    """All that is known of frames during the last `span` ns."""
+    """The links between frames of the last `span` ns."""
 
     def __init__(self, span: int) -> None:
         self._span = span
         self._links: dict[str, History | FixedLink] = {}
         self._authorities: dict[str, str] = {}
-        self._names: dict[str, None] = {}  # every frame ever named, in that order
+        self._names: dict[str, None] = {}  # all frames that were ever named, in order of appearance
         self._lock = Lock()
 
     def clear(self) -> None:
-        """Forget all links; the frames stay known."""
+        """Remove all links; the names of the frames stay known."""
         with self._lock:
             self._links.clear()
 
     def insert(
         self, parent: str, child: str, stamp: int, motion: Rigid, *, authority: str, static: bool
     ) -> None:
-        """Store how `child` lies in `parent`; a slash in front of a name is dropped.
+        """Store the pose of `child` in `parent`; a slash in front of a name is dropped.
 
-        Raises RejectedTransform for bad names, a nan, a quaternion that is none, and data that is too old.
+        Raises RejectedTransform for bad names, a nan, a quaternion whose length is not 1, and data that is
+        too old.
         """
         parent, child = parent.removeprefix('/'), child.removeprefix('/')
         _check(parent, child, motion, authority)
@@ -100,10 +101,10 @@ class TransformTree:
             self._authorities[child] = authority
 
     def lookup(self, target: str, source: str, time: int, caller: str = 'lookupTransform') -> Found:
-        """Return the motion from `source` coordinates to `target` coordinates.
+        """Return the transform from `source` coordinates to `target` coordinates.
 
-        LATEST asks for the newest time that all moving links between them know.
-        Raises InvalidArgumentException, LookupException, ConnectivityException or ExtrapolationException.
+        LATEST stands for the newest time for which all moving links between the two frames have data. Raises
+        InvalidArgumentException, LookupException, ConnectivityException or ExtrapolationException.
         """
         with self._lock:
             if target == source:
@@ -124,7 +125,9 @@ class TransformTree:
         fixed: str,
         caller: str = 'lookupTransform',
     ) -> Found:
-        """Return the motion from `source` then to `target` at another time, `fixed` the same at both."""
+        """Return the transform from `source` at one time to `target` at another time, through `fixed`, which
+        is taken to be the same at both.
+        """
         with self._lock:
             for name, role in ((target, 'target'), (source, 'source'), (fixed, 'fixed')):
                 self._check_known(name, f'{caller} argument {role}_frame')
@@ -134,7 +137,9 @@ class TransformTree:
         return Found(Rigid(motion.translation, canonical(motion.rotation)), second.time)
 
     def latest_common_time(self, target: str, source: str, caller: str) -> int:
-        """Return the newest time that all moving links between two frames know; LATEST if none moves."""
+        """Return the newest time for which all moving links between two frames have data; LATEST if no link
+        moves.
+        """
         with self._lock:
             self._check_known(target, caller)
             self._check_known(source, caller)
@@ -149,19 +154,20 @@ class TransformTree:
         point: tuple[Vector, str] | None = None,
         axes: str | None = None,
     ) -> Velocity:
-        """Return how `tracked` moves in `observer`, on average over `span` ns around a time.
+        """Return the velocity of `tracked` in `observer`, averaged over `span` ns around a time.
 
-        `point` is fixed to the tracked frame and given in the coordinates of some frame at that time, its
-        origin by default; `axes` is the frame whose axes the answer is in, the observer's by default. The
-        interval ends at the newest time known at the latest. Raises as `lookup`; ValueError for a span of 0.
+        `point` (coordinates, and the frame that they are in) is the point of `tracked` whose velocity is
+        returned, by default its origin. `axes` is the frame in whose axes the velocity is returned, by
+        default `observer`. The interval does not go beyond the newest known time. Raises what `lookup`
+        raises; ValueError for a span of 0 or less.
         """
         if span <= 0:
             raise ValueError(f'a velocity needs an interval above 0 to be measured over, not {span} ns')
         newest = self.latest_common_time(tracked, observer, 'lookupVelocity')
         if newest == LATEST:
-            return Velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # a static frame, or both frames are the same
+            return Velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # a static frame, or the same frame
         end = newest if time == LATEST else min(time + span // 2, newest)
-        start = max(end - span, 1)  # 0 would mean the latest time
+        start = max(end - span, 1)  # not 0, which stands for the latest time
         first, last = (self.lookup(observer, tracked, at).motion for at in (start, end))
         seconds_between = (end - start) / 1e9
         place = (0.0, 0.0, 0.0)
@@ -175,7 +181,7 @@ class TransformTree:
         return Velocity(scale(linear, 1 / seconds_between), scale(turn, 1 / seconds_between))
 
     def names(self) -> list[str]:
-        """Return every frame ever named, in that order."""
+        """Return all frames that were ever named, in the order of their appearance."""
         with self._lock:
             return list(self._names)
 
@@ -211,12 +217,12 @@ class TransformTree:
             raise LookupException(f'"{name}" passed to {argument} does not exist. ')
 
     def _motion(self, target: str, source: str, time: int) -> Rigid:
-        """Climb from both frames up to their common ancestor."""
-        above: dict[str, Rigid] = {source: IDENTITY}  # the source's pose in each of its ancestors
+        """Return the transform from `source` to `target` by way of their common ancestor."""
+        above: dict[str, Rigid] = {source: IDENTITY}  # the transform from `source` to each of its ancestors
         stopped: ExtrapolationException | None = None
         try:
             self._climb(above, source, time, until=(target,))
-        except ExtrapolationException as error:  # the paths may meet below the root
+        except ExtrapolationException as error:  # both paths may meet below the missing data
             stopped = error
         mine: dict[str, Rigid] = {target: IDENTITY}
         try:
@@ -230,7 +236,9 @@ class TransformTree:
     def _climb(
         self, above: dict[str, Rigid], frame: str, time: int, until: dict[str, Rigid] | tuple[str]
     ) -> str:
-        """Go up, noting each ancestor in `above`; return the first in `until`, else the root."""
+        """Go up from `frame`, adding each ancestor to `above`; return the first frame in `until`, else the
+        root.
+        """
         while frame not in until:
             link = self._link(frame, time)
             if link is None:
@@ -250,7 +258,7 @@ class TransformTree:
         return min((time for time in map(self._newest, links) if time != LATEST), default=LATEST)
 
     def _ancestors(self, frame: str) -> list[str]:
-        """Return a frame and its ancestors, by the newest links."""
+        """Return a frame and its ancestors, following the newest links."""
         way = [frame]
         while link := self._link(way[-1], LATEST):
             if link.parent in way:

@@ -1,8 +1,8 @@
 """The kinematics of a URDF: its links and joints, and each link's pose in its parent for given positions.
 
-The text comes from another program or another person: it is read within bounds, and what does not make a tree
-is refused. The rules are those of urdfdom, the reader of ROS 2; its page is http://wiki.ros.org/urdf/XML/joint.
-Shapes are left to programs that draw them.
+The text comes from another program or another person: its size is limited, and links and joints that do not
+form a tree are refused. The rules are those of urdfdom, the reader of ROS 2; see
+http://wiki.ros.org/urdf/XML/joint. Shapes are not read here, but by the programs that draw them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ class UrdfError(ValueError):
 
 @record
 class Mimic:
-    """This joint is at `multiplier` times the position of another joint, plus `offset`."""
+    """The rule of a joint that mimics another: its position is `multiplier` times the position of `joint`,
+    plus `offset`.
+    """
 
     joint: str
     multiplier: float = 1.0
@@ -44,28 +46,28 @@ class Joint:
     parent: str
     child: str
     origin: Rigid = IDENTITY
-    """Where the child lies in its parent if the joint is at 0."""
+    """The pose of the child link in the parent link at the joint's position 0."""
     axis: Vector = (1.0, 0.0, 0.0)
-    """Of length 1, in the joint's frame."""
+    """The joint's axis: a vector of length 1 in the joint's frame."""
     lower: float = -math.pi
     upper: float = math.pi
     soft_lower: float = -math.inf
-    """The limits of its safety controller."""
+    """The lower limit of the joint's safety controller."""
     soft_upper: float = math.inf
     mimic: Mimic | None = None
 
     @property
     def is_movable(self) -> bool:
-        """True if one number gives its position."""
+        """True if one number describes the joint's position."""
         return self.kind in MOVABLE
 
     @property
     def is_free(self) -> bool:
-        """True if it has its own position and does not follow another joint."""
+        """True if the joint has its own position and does not mimic another joint."""
         return self.is_movable and self.mimic is None
 
     def motion(self, position: float) -> Rigid:
-        """Return the child's place in its parent if the joint is at `position`."""
+        """Return the pose of the child link in the parent link for a position of the joint."""
         x, y, z = self.axis
         if self.kind in {'revolute', 'continuous'}:
             half = math.sin(position / 2)
@@ -78,20 +80,23 @@ class Joint:
 
 @record
 class Kinematics:
-    """A tree of links."""
+    """The links and joints of a robot, which form a tree."""
 
     name: str
     root: str
     links: tuple[str, ...]
     joints: tuple[Joint, ...]
-    """The joints in an order in which parents come first, a limb at a time."""
+    """The joints, limb by limb, from the root outwards: each joint comes after the joint of its
+    parent link.
+    """
     joint_names: tuple[str, ...]
-    """In the order of the text."""
+    """The names of the joints, in the order of the text."""
 
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
-        """Return the given positions, and those of the joints that follow one of them.
+        """Return the given positions, and the positions of joints that mimic a joint with a given position.
 
-        A joint follows through others, too. If its own position is given, it counts.
+        A joint may mimic a joint that mimics another. If a joint's own position is given, that position is
+        returned.
         """
         found = dict(given)
         by_name = {joint.name: joint for joint in self.joints if joint.mimic is not None}
@@ -110,9 +115,10 @@ class Kinematics:
     def poses(
         self, positions: Mapping[str, float], frames: Mapping[str, tuple[str, Rigid]], prefix: str = ''
     ) -> dict[str, Rigid]:
-        """Return each link's pose in the root link; a link's frame has its name after `prefix`.
+        """Return each link's pose in the root link. A link's frame is named `prefix` plus the link's name.
 
-        A link whose frame is known takes it from there; else the joint's position counts, 0 where unknown.
+        If `frames` has a link's pose in its parent, that pose is used; else the joint's position (0 if
+        unknown).
         """
         at_rest = {joint.name: 0.0 for joint in self.joints if joint.is_free}
         finite = {name: position for name, position in positions.items() if math.isfinite(position)}
@@ -163,7 +169,7 @@ def kinematics_of(robot: Element) -> Kinematics:
 
 
 def _order(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:
-    """Return the root link, and the joints from there outwards."""
+    """Return the root link, and the joints in the order from the root outwards."""
     known, children = set(links), {joint.child for joint in joints}
     by_parent: dict[str, list[Joint]] = {}
     for joint in joints:
@@ -179,7 +185,7 @@ def _order(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:
         raise UrdfError(f'it has {len(roots)} root links, and needs one: {names}')
     ordered: list[Joint] = []
     reached, waiting = {roots[0]}, by_parent.get(roots[0], [])[::-1]
-    while waiting:  # a limb at a time, as people name joints
+    while waiting:  # limb by limb, the order in which people list joints
         joint = waiting.pop()
         if joint.child in reached:
             raise UrdfError(f'the link {_quote(joint.child)} hangs on two joints')
@@ -283,7 +289,7 @@ def _refuse_twins(kind: str, names: list[str]) -> None:
 
 
 def read_origin(owner: Element) -> Rigid:
-    """Return the <origin> of a joint or a shape, the identity without one. Raises UrdfError."""
+    """Return the <origin> of a joint or a shape; the identity if it has none. Raises UrdfError."""
     origin = owner.find('origin')
     if origin is None:
         return IDENTITY
@@ -292,7 +298,7 @@ def read_origin(owner: Element) -> Rigid:
 
 
 def _from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation about fixed x, then y, then z."""
+    """Return the rotation about the fixed axes x (roll), then y (pitch), then z (yaw)."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
@@ -305,7 +311,7 @@ def _from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def read_vector(text: str | None, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
-    """Return three numbers that spaces separate. Raises UrdfError."""
+    """Parse three numbers that spaces separate. Raises UrdfError."""
     if text is None:
         return default
     parts = [read_number(part, 0.0) for part in text.split()]
@@ -315,7 +321,7 @@ def read_vector(text: str | None, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
 
 
 def read_number(text: str | None, default: float) -> float:
-    """Return a finite number. Raises UrdfError."""
+    """Parse a finite number. Raises UrdfError."""
     try:
         number = default if text is None else float(text)
     except ValueError:
