@@ -1,12 +1,13 @@
 """goalwire: ROS 2's topics, services and actions for Python, from one pip install.
 
-The names here are those of the asyncio API; each is imported when it is first asked for. Programs for ROS 2
-import rclpy.
+The names in this module are those of the asyncio API; each is imported when it is first used. Programs for
+ROS 2 import rclpy.
 
-PYTEST_DONT_REWRITE: the .pth imports this before pytest could, which would say so in every project's tests.
+PYTEST_DONT_REWRITE: goalwire's .pth file imports this module before pytest can rewrite its asserts. Without
+this mark pytest would warn of that in every project.
 """
 
-# typing's, which this module does not wait for. The annotation keeps jedi from taking it for False.
+# Not imported from typing, which would take 5 ms. Without the annotation jedi would take it for False.
 TYPE_CHECKING: bool = False
 
 if TYPE_CHECKING:

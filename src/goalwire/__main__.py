@@ -1,4 +1,4 @@
-"""python -m goalwire: the program `goalwire`."""
+"""Makes `python -m goalwire` run the program `goalwire`."""
 
 import sys
 

@@ -1,8 +1,9 @@
 """Decides which browsers and clients may talk to a server on this machine: the console and the bridges.
 
-A page on another site can make a browser open web sockets here, which know no same-origin policy. By a name
-of its own that it points at this machine (DNS rebinding) it makes its requests look like those of this site.
-So a server without a token answers only to requests that name this machine.
+A page of another site can make a browser open web sockets to this machine, since browsers apply no
+same-origin policy to web sockets. If the page's site points its own host name at this machine (DNS
+rebinding), the requests look like those of this server's own page. So a server without a token answers only
+to requests that name this machine.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from urllib.parse import urlsplit
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a host's name or address means only this machine."""
+    """Return whether a host's name or address is a loopback one, which means this machine."""
     if host == 'localhost':
         return True
     try:
@@ -24,7 +25,9 @@ def is_loopback(host: str) -> bool:
 
 
 def host_name(host: str) -> str:
-    """Return the name in 'name:port' or '[::1]:port', as the header `Host` has it; '' if there is none."""
+    """Return the host's name in the value of a header `Host`, such as 'name:port' or '[::1]:port'; '' without
+    one.
+    """
     try:
         return urlsplit(f'//{host}').hostname or ''
     except ValueError:
@@ -32,7 +35,9 @@ def host_name(host: str) -> str:
 
 
 def is_of_this_machine(origin: str) -> bool:
-    """Return whether an `Origin` such as 'http://localhost:8000' is a page that this machine serves."""
+    """Return whether an `Origin` such as 'http://localhost:8000' belongs to a page that this
+    machine serves.
+    """
     try:
         return is_loopback(urlsplit(origin).hostname or '')
     except ValueError:
@@ -40,15 +45,15 @@ def is_of_this_machine(origin: str) -> bool:
 
 
 def new_token() -> str:
-    """Return a token that nobody guesses."""
+    """Return a new random token that nobody can guess."""
     return secrets.token_urlsafe(24)
 
 
 def is_same_token(shown: str, token: str) -> bool:
-    """Compare in a time that tells nothing about the token."""
+    """Compare two tokens in a time that reveals nothing about the right token."""
     return hmac.compare_digest(shown.encode(), token.encode())
 
 
 def is_usable_token(token: str) -> bool:
-    """Return whether a token can stand in an address and in a cookie as it is."""
+    """Return whether a token can be put into a URL and a cookie without escaping."""
     return all(each.isalnum() or each in '-_.~' for each in token)

@@ -1,4 +1,4 @@
-"""Bags as a library: `from goalwire.bag import Reader, Writer`; each name is imported when it is asked for.
+"""The library for bags: `from goalwire.bag import Reader, Writer`. Each name is imported when first used.
 
 Files of MCAP need the extra: `pip install 'goalwire[bag]'`.
 """

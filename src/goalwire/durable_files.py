@@ -1,7 +1,7 @@
-"""SQLite files whose commits are on the disk when they return, and whose errors say what to do.
+"""SQLite files: a commit returns when its data is on the disk, and errors say what to do.
 
-Durable means WAL and `synchronous=FULL`. With NORMAL a power cut may take back the last commit, and a goal
-could run whose record is lost.
+The files use WAL and `synchronous=FULL`. With `synchronous=NORMAL` a power cut may undo the last commit, and
+a goal could run whose record is lost.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ _ADVICE = 'look at the disk, its free space, and who may write there'
 
 
 class DurableFile:
-    """One open file. One thread at a time may use it."""
+    """One open SQLite file. One thread at a time may use it."""
 
     def __init__(self, path: Path, *, wait_s: float, is_exclusive: bool = False) -> None:
         """Open or make the file.
 
-        With `is_exclusive` no other process can open it until this one ends or closes it. `wait_s` is the
-        time for which another holder is waited for. Raises JournalError.
+        With `is_exclusive` no other process can open the file until this process ends or closes it. `wait_s`
+        is the time in s to wait while another process has the file. Raises JournalError.
         """
         self.path = path
         with self.explaining('opened'):
@@ -41,7 +41,9 @@ class DurableFile:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """Commit all writes of the block together, or none of them if it raises. Raises JournalError."""
+        """Commit all writes of the `with` block together, or none of them if the block raises. Raises
+        JournalError.
+        """
         with self.explaining('written'):
             if _identity(self.path) != self._file:
                 raise JournalError(
@@ -59,7 +61,9 @@ class DurableFile:
 
     @contextmanager
     def explaining(self, what: str) -> Iterator[None]:
-        """Turn SQLite's errors into JournalError. `what` is 'opened', 'read' or 'written'."""
+        """Turn SQLite's errors in the `with` block into JournalError. `what` is 'opened', 'read' or
+        'written'.
+        """
         try:
             yield
         except sqlite3.Error as error:
@@ -71,7 +75,7 @@ class DurableFile:
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
-    """Return what tells a file from another one of the same name; None if there is none."""
+    """Return what distinguishes a file from a later file at the same path; None if there is no file."""
     try:
         found = os.stat(path)  # noqa: PTH116 - before each commit
     except OSError:

@@ -1,4 +1,4 @@
-"""Every error goalwire raises, in one tree; rclpy's and tf2's modules hand theirs on from here.
+"""Every error that goalwire raises, in one tree; the modules rclpy and tf2 re-export theirs from here.
 
 GoalwireError
 ├── LocalError            the caller's mistake: fix the program
@@ -80,7 +80,7 @@ GoalwireError
         ├── GoalAborted   … since it could not be reached
         └── GoalCanceled  … since it was cancelled
 
-Errors that no program sees, since they become one of these, stay in the module that raises them.
+Errors that are always turned into one of these errors stay in the module that raises them.
 """
 
 from __future__ import annotations
@@ -110,11 +110,11 @@ if TYPE_CHECKING:
 
 
 PEER_TEXT_LIMIT = 500
-"""Characters of a text of a peer's that errors and logs show."""
+"""The largest number of characters that errors and logs show of a text that a peer sent."""
 
 _CONTROLS = (
     *range(0x20), *range(0x7F, 0xA0),  # C0, DEL, C1: line breaks, terminal escapes
-    # Characters that turn the direction of a text
+    # characters that change the writing direction of a text
     0x061C, 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A),
     0x2028, 0x2029,  # further line breaks
 )  # fmt: skip
@@ -122,34 +122,38 @@ _ESCAPED = {code: chr(code).encode('unicode_escape').decode() for code in _CONTR
 
 
 def did_you_mean(near: Iterable[str]) -> str:
-    """Return "did you mean 'a' or 'b'?" for names that were probably meant, in quotes; '' for none."""
+    """Return "did you mean 'a' or 'b'?" for the names that were probably meant; '' if there are none."""
     quoted = [name if name.startswith("'") else f"'{name}'" for name in near]
     return f'did you mean {" or ".join(quoted)}?' if quoted else ''
 
 
 def with_advice(text: str, advice: str) -> str:
-    """Return a text and what to do next as one line; a question ends itself."""
+    """Return a text and the advice what to do next as one line, joined by '; ', or by a space after '?'."""
     if not text or not advice:
         return text or advice
     return f'{text}{" " if text.endswith("?") else "; "}{advice}'
 
 
 def peer_text(text: object, limit: int = PEER_TEXT_LIMIT) -> str:
-    r"""Return what a peer wrote as one line of at most `limit` characters, for an error or a log.
+    r"""Return a text that a peer sent as one line of at most `limit` characters, for an error or a log.
 
-    Control characters are spelt out (`\n`, `\x1b`): a peer can neither forge lines nor steer a terminal.
-    A text that was made safe before stays as it is.
+    Control characters are escaped (`\n`, `\x1b`): so a peer can neither forge lines nor control a terminal. A
+    text that this function has returned before stays unchanged.
     """
     told = str(text)[: limit + 1].translate(_ESCAPED)
     return told if len(told) <= limit else told[: limit - 1] + '…'
 
 
 LONGEST_SHOWN = 255
-"""Characters that an error shows of a name more than twice as long: DDS has no longer names."""
+"""The number of characters that an error shows of a name more than twice as long. DDS allows no
+longer names.
+"""
 
 
 def pointed(kind: str, name: str, reason: str, index: int) -> str:
-    """Return ROS 2's text for a name that it forbids; of one far too long, the part around the fault."""
+    """Return ROS 2's text for a forbidden name. Of a name that is far too long, only the part around the
+    fault is shown.
+    """
     length = len(name)
     if length > 2 * LONGEST_SHOWN:
         start = max(0, min(index - LONGEST_SHOWN // 2, length - LONGEST_SHOWN))
@@ -161,11 +165,11 @@ def pointed(kind: str, name: str, reason: str, index: int) -> str:
 
 
 class GoalwireError(Exception):
-    """The root: catches whatever goalwire raises."""
+    """The base class of all errors that goalwire raises."""
 
 
 class LocalError(GoalwireError):
-    """The caller's mistake."""
+    """The calling program made a mistake."""
 
 
 class ClosedError(LocalError):
@@ -180,7 +184,7 @@ class InvalidHandle(ClosedError):
 
 
 class DestroyedError(InvalidHandle, RuntimeError):
-    """A destroyed entity was used, where newer parts of rclpy raise RuntimeError."""
+    """A destroyed entity was used in a call for which rclpy raises RuntimeError."""
 
 
 class ShutdownException(ClosedError):
@@ -221,15 +225,15 @@ class ForkedError(LocalError):
 
 
 class RCLError(LocalError, RuntimeError):
-    """rclpy raises it if a function of rcl, ROS 2's C library, fails."""
+    """A call failed in a way in which a function of rcl, ROS 2's C library, would fail."""
 
 
 class RMWError(LocalError, RuntimeError):
-    """rclpy raises it if its middleware fails. goalwire never does: it is here for programs that catch it."""
+    """Never raised by goalwire. Programs catch it, since rclpy raises it if its middleware fails."""
 
 
 class RCUtilsError(LocalError, RuntimeError):
-    """rclpy raises it if rcutils fails. goalwire never does: it is here for programs that catch it."""
+    """Never raised by goalwire. Programs catch it, since rclpy raises it if rcutils fails."""
 
 
 class ShutDownError(RCLError, ClosedError):
@@ -240,15 +244,15 @@ class ShutDownError(RCLError, ClosedError):
 
 
 class RCLInvalidROSArgsError(RCLError):
-    """Arguments after --ros-args that do not parse."""
+    """Arguments after --ros-args cannot be parsed."""
 
 
 class UnknownROSArgsError(RCLError):
-    """Arguments after --ros-args that ROS 2 does not know."""
+    """There are arguments after --ros-args that ROS 2 does not know."""
 
 
 class UnsupportedEventTypeError(RCLError):
-    """An event that the wire in use cannot tell (rclpy.event_handler)."""
+    """The wire in use cannot report this kind of event (rclpy.event_handler)."""
 
     def __init__(self, event: str, topic: str, wire: str) -> None:
         super().__init__(
@@ -258,7 +262,7 @@ class UnsupportedEventTypeError(RCLError):
 
 
 class NodeNameNonExistentError(RCLError):
-    """A graph question about a node that is not there."""
+    """A query asked about a node that is not in the graph."""
 
 
 class InterfaceError(LocalError, ImportError):
@@ -266,7 +270,7 @@ class InterfaceError(LocalError, ImportError):
 
 
 class InterfaceSyntaxError(InterfaceError):
-    """A definition breaks the grammar; `line` and `column` count from 1, 0 if there is none."""
+    """A definition breaks the grammar; `line` and `column` count from 1; 0: the place is unknown."""
 
     def __init__(self, source: str, line: int, column: int, problem: str) -> None:
         super().__init__(f'{source}:{line}:{column}: {problem}')
@@ -277,11 +281,11 @@ class InterfaceSyntaxError(InterfaceError):
 
 
 class UnknownInterfaceError(InterfaceError):
-    """No such interface package, or no such type in it."""
+    """There is no such interface package, or the package has no such type."""
 
 
 class NoTypeSupportImportedException(LocalError):
-    """A message class without type support."""
+    """A class that was given as a message type has no type support."""
 
     def __init__(self) -> None:
         super().__init__('no type_support imported')
@@ -305,11 +309,13 @@ class EncodeValueError(EncodeError, ValueError):
 
 
 class UnknownFieldError(LocalError, AssertionError, TypeError):
-    """A message's constructor got a keyword that names no field: rosidl asserts, Python raises TypeError."""
+    """A message's constructor got a keyword that names no field. rosidl raises AssertionError, Python
+    TypeError.
+    """
 
 
 class TopicExpansionError(LocalError, ValueError):
-    """A topic name, node name or namespace from which no full name can be made."""
+    """No fully-qualified name can be made of a topic name, node name or namespace."""
 
     def __init__(self, kind: str, name: str, reason: str) -> None:
         what = 'node namespace' if kind == 'namespace' else kind
@@ -318,7 +324,7 @@ class TopicExpansionError(LocalError, ValueError):
 
 
 class NameValidationException(LocalError):
-    """A name that ROS 2 forbids for that `reason`; the text points at the character."""
+    """ROS 2 forbids a name, for the given `reason`; the text points at the wrong character."""
 
     def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
         self.reason = error_msg
@@ -328,7 +334,9 @@ class NameValidationException(LocalError):
 
 
 def _allowed_name(name_type: str, name: str) -> str:
-    """Return a name that is like this one and allowed; the same one if it has more than wrong letters."""
+    """Return a similar name that is allowed; `name` itself if more is wrong with it than
+    single characters.
+    """
     if not name or len(name) > LONGEST_SHOWN or re.search(r'[~{}]|//|/$', name):
         return name
     others = r'[^A-Za-z0-9_]+' if name_type == 'node name' else r'[^A-Za-z0-9_/]+'
@@ -336,35 +344,35 @@ def _allowed_name(name_type: str, name: str) -> str:
 
 
 class InvalidNodeNameException(NameValidationException):
-    """A node name that ROS 2 forbids."""
+    """ROS 2 forbids this node name."""
 
     def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
         super().__init__('node name', name, error_msg, invalid_index)
 
 
 class InvalidNamespaceException(NameValidationException):
-    """A namespace that ROS 2 forbids."""
+    """ROS 2 forbids this namespace."""
 
     def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
         super().__init__('namespace', name, error_msg, invalid_index)
 
 
 class InvalidTopicNameException(NameValidationException):
-    """A topic name that ROS 2 forbids."""
+    """ROS 2 forbids this topic name."""
 
     def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
         super().__init__('topic name', name, error_msg, invalid_index)
 
 
 class InvalidServiceNameException(NameValidationException):
-    """A service name that ROS 2 forbids."""
+    """ROS 2 forbids this service name."""
 
     def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
         super().__init__('service name', name, error_msg, invalid_index)
 
 
 class ParameterException(LocalError):
-    """A parameter that may not be used like that."""
+    """A parameter was used in a way that is not allowed."""
 
     def __init__(self, error_msg: str, parameters: object, advice: str = '') -> None:
         super().__init__(f'{error_msg}: {parameters}')
@@ -373,14 +381,14 @@ class ParameterException(LocalError):
 
 
 class ParameterNotDeclaredException(ParameterException):
-    """A parameter that was never declared."""
+    """A parameter was used that was never declared."""
 
     def __init__(self, parameters: object, hint: str = '') -> None:
         super().__init__('Invalid access to undeclared parameter(s)', parameters, hint)
 
 
 class ParameterAlreadyDeclaredException(ParameterException):
-    """A parameter declared twice."""
+    """A parameter was declared twice."""
 
     def __init__(self, parameters: object) -> None:
         super().__init__(
@@ -389,14 +397,14 @@ class ParameterAlreadyDeclaredException(ParameterException):
 
 
 class InvalidParameterException(ParameterException):
-    """A parameter name that ROS 2 forbids."""
+    """ROS 2 forbids this parameter name."""
 
     def __init__(self, parameter_name: str) -> None:
         super().__init__('Invalid parameter name', parameter_name)
 
 
 class InvalidParameterTypeException(ParameterException):
-    """A value of another type than the parameter has."""
+    """A parameter was to be set to a value of another type than its own."""
 
     def __init__(self, desired_parameter: _Parameter, expected_type: str) -> None:
         value, name = str(desired_parameter.value), desired_parameter.name
@@ -408,43 +416,43 @@ class InvalidParameterTypeException(ParameterException):
 
 
 class InvalidParameterValueException(ParameterException):
-    """A value that the parameter refuses."""
+    """The parameter's range or a callback refuses the value."""
 
     def __init__(self, parameter: str, value: object, reason: str) -> None:
         super().__init__(f'Invalid parameter value ({value}) for parameter. Reason: {reason}', parameter)
 
 
 class ParameterImmutableException(ParameterException):
-    """A read-only parameter that was to be changed."""
+    """A read-only parameter was to be changed."""
 
     def __init__(self, parameter_name: str) -> None:
         super().__init__('Attempted to modify read-only parameter', parameter_name)
 
 
 class ParameterUninitializedException(ParameterException):
-    """A parameter that has a type and no value yet."""
+    """A parameter was read that has a type but no value yet."""
 
     def __init__(self, parameter_name: str) -> None:
         super().__init__(f"The parameter '{parameter_name}' is not initialized", parameter_name)
 
 
 class CallbackError(LocalError, TypeError):
-    """A callback before a set that returned something else than parameters."""
+    """A pre-set callback for parameters returned something else than a list of parameters."""
 
 
 class UnknownCallbackError(LocalError, RuntimeError):
-    """A callback was to be removed that is not there (any more)."""
+    """A callback was to be removed that was never added, or was removed before."""
 
     def __init__(self) -> None:
         super().__init__("Callback doesn't exist")
 
 
 class FileShapeError(LocalError, RuntimeError):
-    """YAML that is not a parameter file."""
+    """A YAML file is not a parameter file."""
 
 
 class InvalidQoSProfileException(LocalError):
-    """A profile that lacks what it needs."""
+    """A QoS profile was made without a value that it needs."""
 
     def __init__(self, *args: object) -> None:
         super().__init__('Invalid QoSProfile', *args)
@@ -452,19 +460,21 @@ class InvalidQoSProfileException(LocalError):
 
 
 class UnknownPolicyError(LocalError, ValueError):
-    """A profile cannot be overridden: nobody can say what it is before."""
+    """A QoS policy cannot be overridden: it does not exist, or its present value is unknown."""
 
 
 class UnexpectedOverrideError(LocalError, RuntimeError):
-    """A policy cannot have that value; the text says which it may have."""
+    """A QoS policy cannot have the value that overrides it; the text lists the possible values."""
 
 
 class InvalidQosOverridesError(LocalError):
-    """A program refuses the QoS that its parameters make (rclpy.qos_overriding_options)."""
+    """A program's validation callback refuses the QoS that parameters have set
+    (rclpy.qos_overriding_options).
+    """
 
 
 class InvalidTransition(LocalError, RuntimeError):
-    """An event that the table does not allow in this state; the text is ROS 2's own."""
+    """A goal's state does not allow this event; the text is ROS 2's own."""
 
     def __init__(self, status: IntEnum, event: IntEnum) -> None:
         self.status = status
@@ -476,7 +486,7 @@ class InvalidTransition(LocalError, RuntimeError):
 
 
 class GoalIdTaken(LocalError, ValueError):
-    """A goal has the id of another: the server has one of that id, or this client follows it already."""
+    """A goal was sent with the id of another goal, which the server knows or this client follows already."""
 
     def __init__(
         self, goal_id: bytes, problem: str = 'is under way already: give every goal an id of its own'
@@ -485,23 +495,23 @@ class GoalIdTaken(LocalError, ValueError):
 
 
 class UnknownSeverityError(LocalError, RuntimeError):
-    """A word that names no severity."""
+    """No severity of log messages has that name."""
 
 
 class LoggingOptionError(LocalError, TypeError):
-    """A log call with an option that does not exist, or without one that it needs."""
+    """A log call has an unknown option, or lacks an option that it needs."""
 
 
 class LoggerNameError(LocalError, ValueError):
-    """A logger without a name."""
+    """A logger was to be made without a name."""
 
 
 class ChangedCallError(LocalError, ValueError):
-    """One log call in the source was used in two ways."""
+    """One log call in the source was used with different names, severities or filters."""
 
 
 class TransformException(LocalError):
-    """A transform cannot be told."""
+    """A transform cannot be computed or stored."""
 
 
 class ConnectivityException(TransformException):
@@ -524,17 +534,17 @@ class TransformTimeoutException(TransformException):
     """The transform did not become known in time (tf2_ros.TimeoutException)."""
 
 
-# tf2's name of it is also that of an exception of rclpy.executors.
+# In tf2 it is called TimeoutException, which is also the name of an exception of rclpy.executors.
 TransformTimeoutException.__name__ = TransformTimeoutException.__qualname__ = 'TimeoutException'
 TransformTimeoutException.__module__ = 'tf2_py'
 
 
 class RejectedTransform(TransformException, ValueError):
-    """A link that cannot be stored; the text begins with tf2's name of the reason."""
+    """A transform cannot be stored in the tree; the text begins with tf2's name of the reason."""
 
 
 class TypeException(LocalError):
-    """A type that nobody has registered."""
+    """tf2_ros was given an object of a type for which no transformation is registered."""
 
     def __init__(self, errstr: str) -> None:
         super().__init__(errstr)
@@ -550,22 +560,24 @@ class NotImplementedException(LocalError, NotImplementedError):
 
 
 class WouldDeadlockError(LocalError, RuntimeError):
-    """A blocking call whose answer needs the very thread or callback group that waits for it."""
+    """A blocking call would wait for ever: its answer needs the thread or callback group that would wait."""
 
 
 class TooManyCallsError(LocalError, RuntimeError):
-    """A client has so many calls under way that another one would be a leak."""
+    """A client has so many unanswered calls that it seems to leak them."""
 
 
 class NotAllowedError(LocalError):
-    """A console was started so that it does not send that."""
+    """The console or a bridge does not allow a request, because of its options or because too many are under
+    way.
+    """
 
 
 class FieldValueError(LocalError, ValueError):
-    """A value does not fit its field, or its parameter; `path` names that.
+    """A value does not fit its field or parameter, which `path` names.
 
-    The path is '' if the whole message does not fit. `problem` says what to give instead of what; `reason` is
-    the same without the type at its end.
+    The path is '' if the whole message does not fit. `problem` says which value was given and which is
+    needed; `reason` is the same text without the type at its end.
     """
 
     def __init__(self, path: str, reason: str, type_text: str = '') -> None:
@@ -577,7 +589,9 @@ class FieldValueError(LocalError, ValueError):
 
 
 class LaunchError(LocalError, RuntimeError):
-    """A launch file asks for what cannot be done; `located` where the text begins with file and line."""
+    """A launch file asks for something that cannot be done. `located` is True if the text begins with file
+    and line.
+    """
 
     def __init__(self, text: str = '', *, located: bool = False) -> None:
         super().__init__(text)
@@ -589,7 +603,7 @@ class BadLaunchValueError(LaunchError, TypeError, ValueError):
 
 
 class InvalidLaunchFileError(LaunchError):
-    """A file that is not a launch file, or breaks the rules of its notation."""
+    """A file is not a launch file, or breaks the rules of its format."""
 
     def __init__(
         self,
@@ -599,7 +613,9 @@ class InvalidLaunchFileError(LaunchError):
         extension: str = '',
         likely_errors: Sequence[Exception] = (),
     ) -> None:
-        """Without a text, `likely_errors` tell what happened to a file of this extension, as in launch."""
+        """Without `text`, the text is made of `likely_errors`, which reading a file with this `extension` has
+        raised.
+        """
         if likely_errors and not text:
             reasons = '; '.join(f'{type(error).__name__}: {error}' for error in likely_errors)
             text = f"a file ending with '{extension}' cannot be read as a launch file: {reasons}"
@@ -608,15 +624,15 @@ class InvalidLaunchFileError(LaunchError):
 
 
 class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
-    """… in XML or YAML."""
+    """A launch file in XML or YAML breaks the rules of its format."""
 
 
 class SubstitutionFailure(LaunchError):
-    """A substitution has no value."""
+    """A substitution in a launch file has no value."""
 
 
 class InvalidConditionExpressionError(LaunchError):
-    """A condition is neither true nor false."""
+    """The value of a condition in a launch file is neither true nor false."""
 
 
 class NoSuchPackageError(LaunchError):
@@ -628,22 +644,24 @@ class NoLaunchFileError(LaunchError, FileNotFoundError):
 
 
 class BadLaunchArgumentError(LaunchError):
-    """A word on the command line that is no `name:=value`."""
+    """A word on the command line of a launch does not have the form `name:=value`."""
 
 
 class DeadlockError(LocalError):
-    """In virtual time every thread waits, without a deadline, for what only another one could do."""
+    """In virtual time every thread waits without a deadline, so that no wait could ever end."""
 
 
 class RemoteError(GoalwireError):
-    """A peer sent something that breaks the rules; what it quotes of that is `peer_text`."""
+    """A peer sent something that breaks the rules; `peer_text` makes the text of the error safe to show."""
 
     def __init__(self, message: str = '') -> None:
         super().__init__(peer_text(message))
 
 
 class DecodeError(RemoteError, ValueError):
-    """Bytes that are no message of `type_name`; `offset` counts from the first byte, header included."""
+    """The bytes are not a message of type `type_name`; `offset` is the position of the fault, header
+    included.
+    """
 
     def __init__(self, type_name: str, field: str, offset: int, problem: str) -> None:
         where = f'{field}: ' if field else ''
@@ -654,11 +672,11 @@ class DecodeError(RemoteError, ValueError):
 
 
 class TransportError(GoalwireError):
-    """The wire itself failed."""
+    """The wire itself failed, for example because no session could be opened."""
 
 
 class AddressTakenError(TransportError):
-    """Another program listens at the address that a session was to listen at."""
+    """A session cannot listen at its address, since another program does."""
 
 
 class SecurityError(GoalwireError):
@@ -682,11 +700,11 @@ class MissionError(GoalwireError):
 
 
 class JournalError(MissionError):
-    """A journal cannot be opened, read or written, or another runner has it."""
+    """A journal cannot be opened, read or written, or another runner has opened it."""
 
 
 class MissionIdTaken(MissionError, ValueError):
-    """A mission of that id was begun before, with another name or other arguments."""
+    """A mission with that id was started before, under another name or with other arguments."""
 
 
 class MissionFailed(MissionError):
@@ -694,34 +712,38 @@ class MissionFailed(MissionError):
 
 
 class MissionStopped(MissionError):
-    """Raised in a mission's code: it was cancelled, gave up, or its time is over. No further step begins,
-    but those that undo what was done.
+    """Raised in a mission's code: the mission was cancelled, gave up, or its time is over. Only steps that
+    undo what was done are still started.
     """
 
     def __init__(self, message: str, *, undo: bool = True) -> None:
         super().__init__(message)
         self.undo = undo
-        """Whether the undo steps are to run."""
+        """True if the steps that undo what was done are to run."""
 
 
 class StepFailed(MissionError):
-    """Raised in a mission's code: a function that `m.run` called has raised; the text is that error's."""
+    """Raised in a mission's code: a function that `m.run` called has raised an error, whose text this error
+    has.
+    """
 
 
 class StepLost(MissionError):
-    """Raised in a mission's code: a step may have happened or not, and it was decided that it failed."""
+    """Raised in a mission's code: nobody knows whether a step happened, and a person or rule decided that it
+    counts as failed.
+    """
 
 
 class TimeoutException(GoalwireError):
-    """The time was up."""
+    """An executor waited for the whole timeout without finding ready work."""
 
 
 class ConditionReachedException(GoalwireError):
-    """The condition that was waited for is true."""
+    """The condition that an executor's wait was to end with has become true."""
 
 
 class CallError(GoalwireError):
-    """A call or goal that did not end well."""
+    """A call or a goal did not end successfully."""
 
     def __init__(
         self, message: str = '', *, name: str = '', peers: Sequence[str] = (), waited: float = 0.0
@@ -730,16 +752,18 @@ class CallError(GoalwireError):
         self.name = name
         """The fully-qualified name of the service or action."""
         self.peers = tuple(peers)
-        """The nodes that served it when it was called."""
+        """The nodes that had a server of that name when the call was made."""
         self.waited = waited
-        """How long the caller has waited, in s."""
+        """The time in s for which the caller has waited."""
 
 
 class NoRobotError(GoalwireError, LookupError):
-    """No robot of a fleet has that name, or a name of that pattern."""
+    """No robot of a fleet has that name, or a name that matches that pattern."""
 
     def __init__(self, robot: str, known: Iterable[str]) -> None:
-        """`known` are the robots that are there; the text suggests the one that was probably meant."""
+        """`known` are the names of the existing robots; the text suggests the names that were
+        probably meant.
+        """
         from difflib import get_close_matches
 
         self.robot = robot
@@ -751,31 +775,33 @@ class NoRobotError(GoalwireError, LookupError):
 
 
 class NoServerError(CallError, TimeoutError):
-    """Nobody served that name in time."""
+    """No server with that name appeared in time."""
 
 
 class DeadlineError(CallError, TimeoutError):
-    """The answer did not come in time."""
+    """The answer to a call or goal did not come in time."""
 
 
 class ServerLostError(CallError):
-    """The server went away before it answered, or forgot the goal."""
+    """The server disappeared before it answered, or no longer knows the goal."""
 
 
 class ServerStuckError(CallError):
-    """The goal's server gave no sign of life for longer than the caller's heartbeat."""
+    """The goal's server sent no sign of life for longer than the `heartbeat` that the caller has set."""
 
 
 class ServerFailedError(CallError):
-    """The server gave the request up: its callback failed, or was stopped."""
+    """The server did not finish the request: the server's callback failed, or was stopped."""
 
 
 class RefusedError(CallError):
-    """The server did not take the request: it has too much to do, or cannot read it."""
+    """The server did not accept the request: it is too busy, or cannot decode the request."""
 
 
 class PermissionDeniedError(RefusedError):
-    """The server's policy does not let this identity call it; the text names identity, name and rule."""
+    """The server's policy does not allow this identity to call it; the text names the identity, the service
+    or action, and the rule.
+    """
 
 
 class GoalRefused(RefusedError):
@@ -796,11 +822,11 @@ class GoalFailed(CallError):
     ) -> None:
         super().__init__(message, name=name, peers=peers, waited=waited)
         self.result = result
-        """The result that the server sent; one of default values where it had none."""
+        """The result that the server sent; a result with default values if it sent none."""
 
 
 class GoalAborted(GoalFailed):
-    """The goal could not be reached; raised by an action server's handler, it ends the goal so."""
+    """The goal was aborted. If an action server's handler raises this error, its goal ends as aborted."""
 
 
 class GoalCanceled(GoalFailed):

@@ -1,20 +1,22 @@
-"""Reading files that others wrote: no named pipe hangs, and no endless or huge file fills the memory.
+"""Reads files that others wrote, without hanging on a named pipe or filling the memory with a huge file.
 
-And where files of one's own go that can be made again.
+Also says in which folders goalwire's own files are.
 
-The import hook uses it, so it imports nothing that Python has not loaded at its start.
+The import hook uses this module. So it imports only modules that Python has already loaded at its start.
 """
 
 import errno
 import os
 import stat
 
-TYPE_CHECKING = False  # typing would cost 5 ms
+TYPE_CHECKING = False  # not from typing, whose import takes 5 ms
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 LARGEST_DEFINITION = 2**20
-"""Bytes that a definition or a package.xml may have; the largest of ROS 2 itself have a hundredth of it."""
+"""The largest size in bytes of a definition or package.xml; ROS 2's own files have at most a hundredth
+of it.
+"""
 LARGEST_PARAMETER_FILE = 2**24
 
 _KINDS = {
@@ -28,13 +30,13 @@ _FLAGS = os.O_RDONLY | getattr(os, 'O_NONBLOCK', 0) | getattr(os, 'O_CLOEXEC', 0
 
 
 def read_regular(path: str, largest: int) -> bytes:
-    """Return what a regular file holds.
+    """Return the content of a regular file.
 
-    Raises OSError, whose strerror says what is wrong, also for anything but a regular file and for one of
+    Raises OSError, whose strerror says what is wrong, also for anything but a regular file, and for a file of
     more than `largest` bytes.
     """
-    _refuse_special(path, os.stat(path).st_mode)  # before it is opened: opening a device may do something
-    descriptor = os.open(path, _FLAGS)  # a pipe that took its place meanwhile does not block
+    _refuse_special(path, os.stat(path).st_mode)  # before the opening, which may have an effect on a device
+    descriptor = os.open(path, _FLAGS)  # O_NONBLOCK: a pipe in its place does not block
     with open(descriptor, 'rb', buffering=0) as stream:
         found = os.fstat(descriptor)
         _refuse_special(path, found.st_mode)
@@ -44,10 +46,11 @@ def read_regular(path: str, largest: int) -> bytes:
 
 
 def why_others_write(state: os.stat_result) -> str:
-    """Return why other users can change what lies in a folder, '' if they cannot; Windows is not judged.
+    """Return a reason why other users can change the content of a folder; '' if they cannot, and on Windows.
 
-    Folders of root are as good as one's own. So is a folder that its group may write to, if the group is the
-    user's own and has no other members: systems with such groups make new folders so.
+    Folders of root are trusted like the user's own. A folder that its group may write to is trusted if the
+    group is the user's own and has no other members: systems with such groups give new folders these
+    permissions.
     """
     if os.name != 'posix':
         return ''
@@ -67,18 +70,18 @@ def _is_own_group(gid: int) -> bool:
     uid = os.geteuid()
     try:
         user, group = pwd.getpwuid(uid).pw_name, grp.getgrgid(gid)
-    except KeyError:  # a container's user without a name: the groups of single users have their numbers
+    except KeyError:  # a container's user without a name: its own group has the user's number
         return uid == gid
     return group.gr_name == user and set(group.gr_mem) <= {user}
 
 
 def cache_folder(name: str) -> str:
-    """Return the user's own folder for what can be made again. Raises OSError if the user has no home."""
+    """Return the user's folder for goalwire's files that can be made again. Raises OSError without a home."""
     return _own_folder('XDG_CACHE_HOME', '.cache', name)
 
 
 def state_folder(name: str) -> str:
-    """Return the user's own folder for what must be kept. Raises OSError if the user has no home."""
+    """Return the user's folder for goalwire's files that must be kept. Raises OSError without a home."""
     return _own_folder('XDG_STATE_HOME', os.path.join('.local', 'state'), name)
 
 
@@ -91,13 +94,17 @@ def _own_folder(variable: str, otherwise: str, name: str) -> str:
 
 
 def shown(path: str, longest: int = 500) -> str:
-    """Return a path as messages show it: on one line, without control characters, not endless."""
+    """Return a path as error texts show it: on one line, without control characters, at most `longest`
+    characters.
+    """
     text = ''.join(sign if sign.isprintable() else sign.encode('unicode_escape').decode() for sign in path)
     return text if len(text) <= longest else f'{text[: longest // 2]}…{text[-longest // 2 :]}'
 
 
 def _read(read: 'Callable[[int], bytes | None]', path: str, largest: int) -> bytes:
-    """Read to the end: files of /proc, and those that grow meanwhile, hold more than their size says."""
+    """Read a file to its end: files of /proc, and files that grow meanwhile, contain more than their size
+    says.
+    """
     parts: list[bytes] = []
     left = largest + 1
     while left > 0 and (part := read(left)):

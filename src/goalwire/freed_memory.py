@@ -1,9 +1,10 @@
 """Tells the allocator when to keep the memory of large messages, and when to return it to the system.
 
-glibc gives the memory of a freed message of 1 MB back to the system, and takes it anew, page by page, for the
-next one. On a virtual machine that costs some 5 µs a page: an image of 1 MB took 3.4-9 ms from publisher to
-acknowledgement, and takes 0.5-0.8 ms if the allocator keeps 64 MiB. So the first large message of a process
-sets the allocator to that. MALLOC_TRIM_THRESHOLD_ and MALLOC_MMAP_THRESHOLD_ in the environment override it.
+glibc gives the memory of a freed message of 1 MB back to the system, and requests it anew, page by page, for
+the next message. On a virtual machine that costs some 5 µs a page: an image of 1 MB took 3.4-9 ms from
+publisher to acknowledgement, and takes 0.5-0.8 ms if the allocator keeps 64 MiB. So the first large message
+of a process makes the allocator keep 64 MiB. MALLOC_TRIM_THRESHOLD_ and MALLOC_MMAP_THRESHOLD_ in the
+environment override it.
 """
 
 from __future__ import annotations
@@ -20,11 +21,15 @@ _done: list[bool] = []
 
 
 MUCH = 16 << 20
-"""Bytes of discarded pieces from which returning them is worth the milliseconds that it takes."""
+"""The number of discarded bytes from which their return to the system is worth the milliseconds that it
+takes.
+"""
 
 
 def return_freed_memory() -> None:
-    """Have the allocator return the memory of large messages that were never completed; only glibc can."""
+    """Have the allocator return the memory of large messages that were never completed. Only glibc supports
+    this.
+    """
     if sys.platform != 'linux':
         return
     import ctypes
@@ -36,7 +41,7 @@ def return_freed_memory() -> None:
 def keep_freed_memory() -> None:
     """Have the allocator keep the memory of large messages for the next ones.
 
-    Once in a process; only glibc can.
+    Only the first call in a process has an effect, and only with glibc.
     """
     if _done:
         return

@@ -1,6 +1,6 @@
-"""Adds what to write to errors of Python's own that programs of ROS 2 meet: they name no remedy.
+"""Adds remedies to errors that Python itself raises in programs of ROS 2, since these errors name no remedy.
 
-`traceback_text` asks for it, when an error is shown. Errors of goalwire's own say what to do themselves.
+`traceback_text` asks for the remedy when an error is shown. goalwire's own errors say themselves what to do.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 
 def hint_for(error: BaseException) -> str:
-    """Return what to write instead, in one sentence; '' if nothing is known of it."""
+    """Return in one sentence what to write instead of the wrong code; '' if no remedy is known for
+    the error.
+    """
     if not isinstance(error, TypeError | AttributeError) or error.__traceback__ is None:
         return ''
     text = str(error)
@@ -63,13 +65,15 @@ def _unfinished_future(_found: re.Match[str], frame: FrameType) -> str:
 
 
 def _unset_attribute(error: BaseException) -> str:
-    """Of a node that lacks what no other name of it is near to: most probably it was never set."""
+    """Return the hint for an unknown attribute of a node: if no known name is similar, it was probably never
+    set.
+    """
     from difflib import get_close_matches
 
     owner, name = getattr(error, 'obj', None), getattr(error, 'name', '')
     cls = type(owner)
     if not hasattr(cls, 'create_publisher') or get_close_matches(name, dir(owner), n=1, cutoff=0.8):
-        return ''  # Python itself says which name was meant
+        return ''  # Python's own text suggests the name that was meant
     return f"this {cls.__name__} has no '{name}' yet: write 'self.{name} = …' in {cls.__name__}.__init__()"
 
 

@@ -1,4 +1,4 @@
-"""The addresses of this host, by its interfaces."""
+"""Finds the addresses of this host's network interfaces."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from typing import NamedTuple
 LOOPBACK, LOOPBACK_V6 = '127.0.0.1', '::1'
 
 _ADDRESS_OF_INTERFACE = 0x8915
-"""SIOCGIFADDR of Linux."""
+"""Linux's SIOCGIFADDR: the ioctl that returns an interface's IPv4 address."""
 _ANY_OTHER = {socket.AF_INET: '192.0.2.1', socket.AF_INET6: '2001:db8::1'}
-"""Addresses that nobody has: what would be sent there shows which address a packet leaves from."""
+"""Addresses that no host has. The local address of a socket connected to one shows which interface
+is used.
+"""
 _TABLE_V6 = '/proc/net/if_inet6'
 
 
@@ -20,18 +22,18 @@ class Interface(NamedTuple):
 
     name: str
     number: int
-    """Of the interface, in the system."""
+    """The system's number of the interface."""
     address: str
-    """An address of IPv6 that holds on one link only ends with the interface: fe80::1%eth0."""
+    """The address. A link-local address of IPv6 ends with the interface's name: fe80::1%eth0."""
 
     @property
     def is_loopback(self) -> bool:
-        """Whether nothing that is sent there leaves the host."""
+        """True if nothing that is sent to this address leaves the host."""
         return self.address.startswith('127.') or self.address == LOOPBACK_V6
 
     @property
     def is_of_link(self) -> bool:
-        """Whether the address means something on one link only."""
+        """True if the address is valid only on one link (link-local)."""
         return '%' in self.address
 
 
@@ -46,10 +48,10 @@ def find_interfaces(*, ipv6: bool = False) -> tuple[Interface, ...]:
 def choose(
     interfaces: tuple[Interface, ...], names: tuple[str, ...] = (), excluded: tuple[str, ...] = ()
 ) -> tuple[Interface, ...]:
-    """Return those with one of these names or addresses; without names: all but loopback.
+    """Return the interfaces with one of these names or addresses; without `names`, all but loopback.
 
-    Addresses of one link are left out if there are others: a locator has no room for the link. Those in
-    `excluded` are left out in any case.
+    Link-local addresses are left out if there are others, since a locator cannot contain the link. Interfaces
+    in `excluded` are left out in any case.
     """
     if names:
         found = [each for name in names for each in interfaces if name in (each.name, each.address)]
@@ -61,12 +63,14 @@ def choose(
 
 
 def addresses() -> tuple[str, ...]:
-    """Return the IPv4 addresses of this host but for loopback's, in the order of its interfaces."""
+    """Return the IPv4 addresses of this host except loopback's, in the order of its interfaces."""
     return tuple(each.address for each in choose(find_interfaces()))
 
 
 def _of_ipv4() -> list[Interface]:
-    """Ask the system for each interface's address; nothing where that is not known how."""
+    """Ask the system for each interface's IPv4 address; return nothing on Windows, which has no
+    such ioctl.
+    """
     try:
         import fcntl
     except ImportError:  # Windows
@@ -82,8 +86,10 @@ def _of_ipv4() -> list[Interface]:
 
 
 def _of_ipv6() -> list[Interface]:
-    """Read Linux's table. Other systems have none: only loopback and routes' addresses are known there."""
-    from pathlib import Path  # a millisecond of a session's start, and few sessions speak IPv6
+    """Read Linux's table of IPv6 addresses. Without it (on other systems) return only the
+    loopback address.
+    """
+    from pathlib import Path  # imported here: it takes 1 ms, and few sessions use IPv6
 
     try:
         lines = Path(_TABLE_V6).read_text(encoding='ascii').splitlines()
@@ -100,7 +106,7 @@ def _of_ipv6() -> list[Interface]:
 
 
 def _of_routes(family: int) -> list[Interface]:
-    """Ask which address a packet to elsewhere would have; nothing is sent."""
+    """Return the source address that a packet to another host would have; nothing is sent."""
     with closing(socket.socket(family, socket.SOCK_DGRAM)) as sock, suppress(OSError):
         sock.connect((_ANY_OTHER[socket.AddressFamily(family)], 9))
         address = str(sock.getsockname()[0])

@@ -1,7 +1,8 @@
-"""Locks of things that a forked child goes on using: it finds them free, whoever held them in the parent.
+"""Locks for objects that a forked child goes on using: in the child they are free, whoever held them before.
 
-A fork copies a lock as it is, but not the thread that holds it: in the child nobody would ever release it.
-The data behind such a lock must be whole at each step, since the child may find it between two of them.
+A fork copies a held lock, but not the thread that holds it: in the child no thread would ever release it. The
+data that such a lock protects must be consistent after each step of a change, since the fork may come between
+two steps.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from weakref import WeakSet
 
 
 class ForkableLock:
-    """A re-entrant lock for `with`. In a forked child it is new, unless the forking thread itself held it."""
+    """A re-entrant lock for `with`. In a forked child it is a new free lock, unless the forking thread itself
+    held it.
+    """
 
     __slots__ = ('__weakref__', '_lock')
 
@@ -30,7 +33,7 @@ class ForkableLock:
         self._lock.release()
 
     def renew_in_child(self) -> None:
-        """In a forked child: be free, if a thread that is not there holds this."""
+        """In a forked child, become free if a thread of the parent held this lock."""
         if self._lock.acquire(blocking=False):
             self._lock.release()
         else:

@@ -1,6 +1,6 @@
-"""Says where in a program something stands, in its own code: 'talker.py:12', as editors link it.
+"""Finds places in a program's own code, as texts such as 'talker.py:12', which editors make links of.
 
-A warning about a mistake names the line that the program has wrong, not that of the library that noticed.
+A warning about a mistake names the wrong line in the program, not the library's line that noticed it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def caller_place() -> str:
-    """Return the innermost line of the program that led here; '' if only the library and Python did."""
+    """Return the innermost line of the program in the present call stack; '' if the stack has no
+    such line.
+    """
     frame = program_frame(sys._getframe(1))
     return '' if frame is None else place_of_frame(frame)
 
@@ -30,7 +32,9 @@ def program_frame(frame: FrameType | None) -> FrameType | None:
 
 
 def outermost_program_frame(frame: FrameType | None, below: CodeType) -> FrameType | None:
-    """Return the program's frame nearest to the call of `below` that led to `frame`; None if none led."""
+    """Return the outermost frame of the program between the call of `below` and `frame`; None if there is
+    none.
+    """
     found = None
     while frame is not None and frame.f_code is not below:
         if not _is_foreign(frame.f_code):
@@ -40,19 +44,23 @@ def outermost_program_frame(frame: FrameType | None, below: CodeType) -> FrameTy
 
 
 def place_of_frame(frame: FrameType) -> str:
-    """Return the line that a frame executes."""
+    """Return the place of the line that a frame executes."""
     return _shown(frame.f_code.co_filename, frame.f_lineno)
 
 
 def source_of_frame(frame: FrameType) -> str:
-    """Return the line that a frame executes, without its comment; '' if its file cannot be read."""
+    """Return the source of the line that a frame executes, without its comment; '' if the file cannot be
+    read.
+    """
     from linecache import getline  # imported here, since only warnings need it
 
     return getline(frame.f_code.co_filename, frame.f_lineno).partition('  # ')[0].strip()
 
 
 def raising_place(error: BaseException) -> str:
-    """Return the program's innermost function and line of a traceback: 'count() in counter.py:12', or ''."""
+    """Return the innermost function and line of the program in a traceback, as 'count() in counter.py:12', or
+    ''.
+    """
     found, step = '', error.__traceback__
     while step is not None:
         code = step.tb_frame.f_code
@@ -63,7 +71,7 @@ def raising_place(error: BaseException) -> str:
 
 
 def function_place(function: object) -> str:
-    """Return where a function or a method is defined; '' for one that is not the program's own."""
+    """Return the place where a function or method is defined; '' if it is not the program's own."""
     if isinstance(function, MethodType):
         function = function.__func__
     if not isinstance(function, FunctionType) or _is_foreign(function.__code__):
@@ -72,10 +80,10 @@ def function_place(function: object) -> str:
 
 
 def dropping_place(depth: int = 1) -> str:
-    """Return the line that called a function of the library and throws away what that returns.
+    """Return the place of a call of a library function if the calling line drops the result.
 
-    `depth` says which: 1 is the function that asks, 2 the one that called it. '' if the line keeps what is
-    returned, or if the library itself has called.
+    The library function is the caller of `dropping_place` with `depth` 1, that function's caller with 2.
+    Returns '' if the line keeps the result, or if the library itself made the call.
     """
     from dis import get_instructions
 
@@ -88,7 +96,7 @@ def dropping_place(depth: int = 1) -> str:
 
 
 def is_in_constructor(made: object, frame: FrameType) -> bool:
-    """Whether `frame` is that of an `__init__` of the object `made`."""
+    """Return True if `frame` executes an `__init__` of the object `made`."""
     code = frame.f_code
     return (
         code.co_name == '__init__'
@@ -98,7 +106,7 @@ def is_in_constructor(made: object, frame: FrameType) -> bool:
 
 
 def at(place: str) -> str:
-    """Return ' (place)' to end a sentence with; '' for no place."""
+    """Return ' (place)', to be appended to a sentence; '' if `place` is ''."""
     return f' ({place})' if place else ''
 
 

@@ -1,12 +1,13 @@
-"""Immutable classes with named fields: what `@dataclass(frozen=True, slots=True)` makes, for a fifth of it.
+"""Makes immutable classes like `@dataclass(frozen=True, slots=True)`, in a fifth of the time.
 
 A dataclass takes 0.5 ms to make, and the first one imports inspect, ast and tokenize: twenty-five of them
-were a fifth of the time from a program's first line to its node. Type checkers take records for dataclasses,
-and so do the functions of `dataclasses`.
+were a fifth of the time from a program's first line to its node. Type checkers and the functions of
+`dataclasses` treat records as dataclasses.
 
-A value that is never changed is a record: it equals records of its own class alone. It is a NamedTuple if it
-is unpacked, sorted, or made for every message, since C makes and compares tuples. Whatever changes is a plain
-class. Only the classes whose fields users set are dataclasses: a Fault, a scripted action's Conduct.
+Which kind of class goalwire uses: values that never change are records, which equal only records of the same
+class. Values that are unpacked, sorted, or made for every message are NamedTuples, since C code makes and
+compares tuples. Objects that change have plain classes. Only classes whose fields users set are dataclasses,
+such as Fault and Conduct.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ T = TypeVar('T')
 
 @dataclass_transform(frozen_default=True)
 def record(cls: type[T]) -> type[T]:
-    """Make a class with annotated fields a record.
+    """Turn a class with annotated fields into a record.
 
-    Fields named in its `COMPARE_EXCLUDE` are neither compared nor hashed. Fields without a default come
-    first; a default is shared by all records, so it is never changed. Its own `__repr__` stays, and its
-    `__post_init__` may refuse values.
+    Fields named in the class's `COMPARE_EXCLUDE` are neither compared nor hashed. Fields without a default
+    come first; all records share a default, so it must be immutable. The class may have a `__repr__` of its
+    own, and a `__post_init__` that refuses values.
     """
     names = tuple(cls.__annotations__)
     namespace = dict(vars(cls))
@@ -44,14 +45,16 @@ def record(cls: type[T]) -> type[T]:
 
 
 def replace(made: T, **changes: object) -> T:
-    """Return a copy of a record with some fields changed; raises TypeError for one that it does not have."""
+    """Return a copy of a record with some fields changed; raises TypeError for an unknown field."""
     cls: Any = type(made)
     values = {name: getattr(made, name) for name in cls.__match_args__}
     return cls(**values | changes)  # type: ignore[no-any-return]
 
 
 class _OfTwin:
-    """An attribute that `dataclasses` looks for: that of a dataclass with the record's fields."""
+    """Gives a record an attribute that the module `dataclasses` looks for, taken from an equivalent
+    dataclass.
+    """
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -62,7 +65,9 @@ class _OfTwin:
 
 @cache
 def _twin(cls: Any) -> type:
-    """Make the dataclass when somebody asks for it: for `asdict`, `replace`, `fields` or pprint."""
+    """Make the equivalent dataclass of a record when it is first needed: for `asdict`, `replace`, `fields` or
+    pprint.
+    """
     from dataclasses import field, make_dataclass
 
     names, defaults = cls.__match_args__, cls.__init__.__defaults__ or ()
@@ -78,7 +83,7 @@ def _same(value: T) -> T:
 
 
 def _methods(names: tuple[str, ...], compared: tuple[str, ...]) -> dict[str, object]:
-    """Return what records have but their constructor."""
+    """Return the methods of a record class, except its constructor."""
     values, key = _getter(names), _getter(compared)
 
     def __eq__(self: object, other: object) -> bool:  # noqa: N807
@@ -106,7 +111,7 @@ def _getter(names: tuple[str, ...]) -> Callable[[object], Any]:
 
 
 def _init(cls: type, names: tuple[str, ...], defaults: dict[str, object]) -> Callable[..., None]:
-    """Compile a constructor; it sets the slots directly, past `__setattr__`."""
+    """Compile a constructor that sets the slots directly, without `__setattr__`, which raises."""
     scope: dict[str, Any] = {f'_default_{name}': value for name, value in defaults.items()}
     scope |= {f'_set_{name}': vars(cls)[name].__set__ for name in names}
     parameters = ', '.join(f'{name}=_default_{name}' if name in defaults else name for name in names)

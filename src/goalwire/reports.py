@@ -1,7 +1,7 @@
-"""Counts and logs what goes wrong on a wire: each kind at each place at first, then at powers of ten.
+"""Counts and logs faults on a wire: the first of each kind at each place, then each power of ten.
 
-A message that breaks the rules is rejected and counted. A receiver that raises is reported; the sender and
-the transport's thread go on.
+A message that breaks the rules is rejected and counted. If a receiver raises, the error is logged; the sender
+and the transport's thread go on.
 """
 
 from __future__ import annotations
@@ -15,30 +15,32 @@ from typing import Protocol
 from goalwire.errors import peer_text
 
 LOGGER = 'goalwire.transport'
-"""The logger of what belongs to no node."""
+"""The name of the logger for faults that belong to no node."""
 
 
 class Origin(Protocol):
-    """Where something arrived: an EndpointState, for one."""
+    """The place at which a rejected message arrived, such as an EndpointState."""
 
     @property
     def title(self) -> str:
-        """As logs show it: "service '/add'"."""
+        """The place as logs show it: "service '/add'"."""
 
     @property
     def logger(self) -> str:
-        """The logger for it: that of the node, so that the line reaches /rosout."""
+        """The name of the logger for the place: the node's, so that lines also go to /rosout."""
 
 
 class RejectCounters:
-    """Counts per kind of fault and endpoint; safe from any thread."""
+    """Counts rejected messages by kind of fault and by endpoint. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = Lock()
         self._counts: Counter[tuple[str, str]] = Counter()
 
     def add(self, kind: str, reason: object, origin: Origin | None = None) -> None:
-        """Count one; see `log_rejected` for which are logged. Without an origin it concerns the session."""
+        """Count a rejection, and log it if `is_told` says so. Without `origin` it concerns the
+        whole session.
+        """
         title = '' if origin is None else origin.title
         count = self.count(kind, title)
         named = f'{"an" if kind[:1] in "aeiou" else "a"} {kind} was ignored'
@@ -46,13 +48,13 @@ class RejectCounters:
         log_rejected(LOGGER if origin is None else origin.logger, what, count, reason)
 
     def count(self, kind: str, title: str) -> int:
-        """Count one more of a kind at an endpoint, and return how many there are by now."""
+        """Count one more fault of a kind at an endpoint, and return their number so far."""
         with self._lock:
             self._counts[kind, title] += 1
             return self._counts[kind, title]
 
     def counts(self) -> dict[str, int]:
-        """Return the count of every kind seen, of all endpoints together."""
+        """Return the number of faults of each kind, summed over all endpoints."""
         totals: Counter[str] = Counter()
         with self._lock:
             for (kind, _), count in self._counts.items():
@@ -61,15 +63,15 @@ class RejectCounters:
 
 
 def is_told(count: int) -> bool:
-    """Whether the `count`th of one kind is logged: the first, and each power of ten."""
+    """Return whether the `count`th fault of a kind is logged: the first one, and each power of ten is."""
     return str(count).strip('0') == '1'
 
 
 def log_rejected(logger: str, what: str, count: int, reason: object, *, is_error: bool = False) -> None:
-    """Log the `count`th rejection of one kind at one place, where `is_told` says so."""
+    """Log the `count`th rejection of one kind at one place, if `is_told` says so."""
     if not is_told(count):
         return
-    from goalwire.logging import LoggingSeverity, get_logger  # needed only when something is broken
+    from goalwire.logging import LoggingSeverity, get_logger  # imported here: needed only after faults
 
     told = peer_text(reason)
     if count == 1:
@@ -80,17 +82,17 @@ def log_rejected(logger: str, what: str, count: int, reason: object, *, is_error
 
 
 _PLACES_LIMIT = 1000
-"""Places whose failures are told apart; beyond them nothing new is logged."""
+"""The largest number of places and kinds of failures that are counted; further ones are not logged."""
 
 _lock = Lock()
 _failures: Counter[tuple[str, type[Exception]]] = Counter()
 
 
 def report_failure(where: str, error: Exception) -> None:
-    """Log what the receiver at `where` raised: the first of a type, and then each power of ten.
+    """Log an error that the receiver at `where` raised: the first one of each type, then each power of ten.
 
-    A signal may have come while the receiver ran, and the program's handler raises in the midst of it. That
-    error is meant for the program: it is raised again, and comes out of spin.
+    If a signal comes while the receiver runs, the program's signal handler may raise inside the receiver.
+    Such an error is meant for the program: it is raised again, and spin raises it.
     """
     if is_from_signal_handler(error):
         raise error
@@ -102,7 +104,7 @@ def report_failure(where: str, error: Exception) -> None:
         count = _failures[kind]
     if not is_told(count):
         return
-    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging import get_logger  # imported here: needed only after faults
     from goalwire.tracebacks import traceback_text
 
     times = '' if count == 1 else f' ({count} times by now)'
@@ -112,9 +114,9 @@ def report_failure(where: str, error: Exception) -> None:
 
 
 def is_from_signal_handler(error: BaseException) -> bool:
-    """Return whether a signal's handler raised the error, or a function that the handler called."""
+    """Return whether a signal handler, or a function that it called, raised the error."""
     if current_thread() is not main_thread():
-        return False  # Python calls handlers on the main thread only
+        return False  # Python calls signal handlers only on the main thread
     codes = {_code_of(signal.getsignal(number)) for number in signal.valid_signals()}
     trace = error.__traceback__
     while trace is not None:
@@ -125,7 +127,9 @@ def is_from_signal_handler(error: BaseException) -> bool:
 
 
 def _code_of(handler: object) -> CodeType | None:
-    """Return the code that a call of the handler runs; None if it is not written in Python."""
+    """Return the code object that a call of the handler runs; None if the handler is not written
+    in Python.
+    """
     for called in (handler, getattr(handler, '__call__', None)):  # noqa: B004 - the method, not whether it is there
         code = getattr(getattr(called, '__func__', called), '__code__', None)
         if isinstance(code, CodeType):

@@ -17,11 +17,11 @@ USAGE = 'usage: python -m goalwire.run (PROGRAM | -m MODULE) [ARGUMENT …]'
 
 
 def main(arguments: list[str]) -> int:
-    """Run the program in this process; 2 for a wrong command line, else what the program does."""
+    """Run the program in this process; returns 2 for a wrong command line."""
     if not arguments or arguments[0] in ('-h', '--help') or arguments == ['-m']:
         print(USAGE, file=sys.stderr)
         return 0 if arguments[:1] in (['-h'], ['--help']) else 2
-    os.environ[hook.OVERLAY_FIRST] = '1'  # read by the hook, inherited by children
+    os.environ[hook.OVERLAY_FIRST] = '1'  # the import hook reads it, and children inherit it
     hook.install()
     if arguments[0] == '-m':
         sys.argv = arguments[1:]
@@ -33,7 +33,7 @@ def main(arguments: list[str]) -> int:
         return 2
     sys.argv = arguments
     if not sys.flags.safe_path and sys.path:
-        sys.path[0] = os.path.dirname(os.path.abspath(program))  # as `python PROGRAM` sets it
+        sys.path[0] = os.path.dirname(os.path.abspath(program))  # as in `python PROGRAM`
     runpy.run_path(
         os.path.abspath(program), run_name='__main__'
     )  # __file__ is absolute, as with `python PROGRAM`

@@ -1,10 +1,10 @@
 """Reads XML that others wrote: package.xml, launch files, URDF.
 
-Entities can blow a short document up, or name files. They are declared in a document type, which none of
-these files needs, so a document type is refused. Elements know their lines, for messages.
+Entities of XML can make a short document huge, or read files. Entities are declared in a document type, which
+none of these files needs, so a document type is refused. Elements know their line numbers, for error texts.
 
-This is a reader of our own and not defusedxml, which would be a dependency for the sake of one handler: its
-ElementTree knows no lines, and costs several times as much to import, in programs that read one package.xml.
+Why not defusedxml: it would be a dependency for the sake of one handler. Its ElementTree has no line numbers,
+and its import takes several times as long, in programs that only read one package.xml.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from collections.abc import Iterator
 from xml.parsers import expat
 
 DEEPEST = 200
-"""Elements within elements. Those who go through a tree call themselves, and Python bounds that."""
+"""The largest depth of nested elements: functions that walk a tree are recursive, and Python limits
+recursion.
+"""
 
 
 class XmlError(ValueError):
-    """The text is not XML, or holds what is refused; `line` says where, `problem` what."""
+    """The text is not XML, or contains something that is refused; `line` says where, `problem` says what."""
 
     def __init__(self, problem: str, line: int, column: int) -> None:
         super().__init__(f'{problem}: line {line}, column {column}')
@@ -26,7 +28,7 @@ class XmlError(ValueError):
 
 
 class Element:
-    """A tag with its attributes, the elements in it, and its own text."""
+    """An element: its tag, attributes, child elements and text."""
 
     __slots__ = ('_text', 'attributes', 'children', 'line', 'tag', 'text_line')
 
@@ -36,30 +38,30 @@ class Element:
         self.children: list[Element] = []
         self.line = line
         self.text_line: int | None = None
-        """Where its first character stands that is not a space; None without one."""
+        """The line of the first character of the text that is not a space; None if there is none."""
         self._text: list[str] = []
 
     @property
     def text(self) -> str:
-        """All characters that stand directly in it."""
+        """The text that is directly in this element, outside its children."""
         return ''.join(self._text)
 
     def add_text(self, characters: str, line: int) -> None:
-        """Put characters behind its text."""
+        """Append characters to the element's text."""
         if self.text_line is None and not characters.isspace():
             self.text_line = line
         self._text.append(characters)
 
     def find(self, tag: str) -> Element | None:
-        """Return the first child of a tag."""
+        """Return the first child with a tag; None if there is none."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def findall(self, tag: str) -> list[Element]:
-        """Return the children of a tag, in order."""
+        """Return the children with a tag, in order."""
         return [child for child in self.children if child.tag == tag]
 
     def walk(self) -> Iterator[Element]:
-        """Yield the element and all those in it, in the order of the text."""
+        """Yield this element and all elements inside it, in the order of the document."""
         yield self
         for child in self.children:
             yield from child.walk()
@@ -69,11 +71,11 @@ _UNCLOSED = frozenset(
     expat.errors.codes[problem]
     for problem in (expat.errors.XML_ERROR_TAG_MISMATCH, expat.errors.XML_ERROR_NO_ELEMENTS)
 )
-"""The problems that an element has which is never closed."""
+"""expat's codes of the errors that an unclosed element causes."""
 
 
 def read(data: bytes | str) -> Element:
-    """Return the outermost element. Raises XmlError."""
+    """Parse a document and return its outermost element. Raises XmlError."""
     parser = expat.ParserCreate()
     root = Element('', {}, 0)
     open_elements = [root]
@@ -107,7 +109,7 @@ def read(data: bytes | str) -> Element:
             last = open_elements[-1]
             problem += f'; <{last.tag}> of line {last.line} is open: write </{last.tag}> where it ends'
         raise XmlError(problem, error.lineno, error.offset) from None
-    except (ValueError, LookupError) as error:  # expat asks Python's codecs, and these raise both
+    except (ValueError, LookupError) as error:  # from Python's codecs, which expat calls
         if isinstance(error, XmlError):
             raise
         raise refused(
