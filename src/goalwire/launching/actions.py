@@ -206,7 +206,7 @@ class Shutdown(EmitEvent):
 
 
 class RegisterEventHandler(Action):
-    """Registers an event handler: it answers the events that follow."""
+    """Registers an event handler, which handles events from then on."""
 
     def __init__(self, event_handler: EventHandler, **options: Any) -> None:
         super().__init__(**options)
@@ -223,7 +223,7 @@ class RegisterEventHandler(Action):
 
 
 class UnregisterEventHandler(Action):
-    """Unregisters an event handler: it answers no more events."""
+    """Unregisters an event handler, which then handles no more events."""
 
     def __init__(self, event_handler: EventHandler, **options: Any) -> None:
         super().__init__(**options)
@@ -239,7 +239,7 @@ class UnregisterEventHandler(Action):
 
 
 class OpaqueFunction(Action):
-    """Calls function(context, *args, **kwargs) and goes on with the entities that it returns."""
+    """Calls function(context, *args, **kwargs), and visits the entities that the function returns."""
 
     def __init__(
         self,
@@ -264,7 +264,7 @@ class OpaqueFunction(Action):
 
 
 class OpaqueCoroutine(Action):
-    """Runs coroutine(context, *args, **kwargs) in the launch's loop; it is cancelled when the launch ends."""
+    """Runs coroutine(context, *args, **kwargs) in the launch's loop; the end of the launch cancels it."""
 
     def __init__(
         self,
@@ -299,7 +299,7 @@ class OpaqueCoroutine(Action):
 
 @expose_action('timer')
 class TimerAction(Action):
-    """Visits actions once, after `period` seconds. Cancelling it or the end of the launch prevents that."""
+    """Visits actions once, after `period` seconds. Cancelling the timer, or a shutdown, prevents this."""
 
     def __init__(
         self,
@@ -331,7 +331,7 @@ class TimerAction(Action):
 
     @property
     def period(self) -> float | list[Substitution]:
-        """Return the seconds, or the substitutions that give them."""
+        """The timer's period in seconds, or the substitutions that will give it."""
         return self._period if self._given_period is None else self._given_period
 
     @property
@@ -345,7 +345,7 @@ class TimerAction(Action):
         return [(f'{describe_text(self._period)} seconds pass without being canceled', self._actions)]
 
     def seconds(self, context: LaunchContext) -> float:
-        """The period in seconds. Raises LaunchError for a text that is not a number of seconds."""
+        """Return the evaluated period in seconds. Raises LaunchError if it is not a number of seconds."""
         text = perform_substitutions(context, self._period)
         try:
             seconds = float(text)
@@ -407,7 +407,7 @@ class TimerAction(Action):
 
 
 def _flag(context: LaunchContext, some: bool | SomeSubstitutions) -> bool:
-    """Return a boolean that may be given as a text. Raises SubstitutionFailure for any other text."""
+    """Return a boolean, or a text such as true as one. Raises SubstitutionFailure for other texts."""
     if isinstance(some, bool):
         return some
     return truth(context, some)

@@ -1,7 +1,7 @@
-"""Modules with one class each, for imports such as `launch.substitutions.launch_configuration`.
+"""Makes modules with one class each, for imports such as `launch.substitutions.launch_configuration`.
 
-ROS 2's packages have a module for each class. Here classes of one kind share a module. `add_modules` also
-registers ROS 2's modules, each with its class.
+ROS 2's packages have a module for each class. In goalwire, classes of one kind share a module; `add_modules`
+registers a module under each of ROS 2's names, with its class in it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _made: dict[str, ModuleType] = {}
 def add_modules(package: str, exceptions: dict[str, str] | None = None) -> None:
     """Register a module for each class in the package's __all__.
 
-    Its name is the class's name in snake case, or the one that `exceptions` gives.
+    A module's name is its class's name in snake case, or the name that `exceptions` has for the class.
     """
     module = sys.modules[package]
     for name in module.__all__:

@@ -1,7 +1,7 @@
 """Every tag and every substitution that XML and YAML launch files may use without an extension.
 
-Each class adds itself to the tables of `exposure.py` when its module is imported. The overlay's
-`launch`, `launch_xml` and `launch_yaml` import this module, and so does the command line.
+Importing a module adds its classes to the tables of `exposure.py`; this module imports all of them. The
+overlay's `launch`, `launch_xml` and `launch_yaml` import this module, and so does the command line.
 """
 
 from goalwire.launching import actions, process, ros, scopes, sources, substitutions

@@ -59,7 +59,7 @@ def _problems(description: LaunchDescription, context: LaunchContext, depth: int
 
 
 def _entities(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[LaunchDescriptionEntity]:
-    """Yield a tree's entities and those that wait for an event, without those of included files."""
+    """Yield all entities of a tree, also those that wait for an event, but not those of included files."""
     for entity in entities:
         yield entity
         yield from _entities(entity.describe_sub_entities())
@@ -118,7 +118,7 @@ def _problems_of_parameter_file(path: str) -> Iterator[str]:
 
 
 def _misspelt_key(path: str) -> tuple[int, str] | None:
-    """Return line and text of a key that is probably `ros__parameters` misspelt, else None."""
+    """Return line and text of a key that is probably a misspelt `ros__parameters`; None if there is none."""
     text = read_regular(path, LARGEST_PARAMETER_FILE).decode(errors='replace')
     for number, line in enumerate(text.splitlines(), 1):
         key = line.partition(':')[0].strip()
@@ -132,13 +132,13 @@ def _problems_of_include(
 ) -> Iterator[str]:
     inner = _context('')
     for name, value in include.launch_arguments:
-        with contextlib.suppress(Exception):  # the value is only known during a launch
+        with contextlib.suppress(Exception):  # a value known only during a launch is left out
             inner.launch_configurations[perform_text(context, name)] = perform_text(context, value)
     try:
         description = include.launch_description_source.get_launch_description(context)
     except Exception as error:
         if isinstance(error, LaunchError) and 'does not exist: declare' in str(error):
-            return  # the path depends on an argument without a default
+            return  # a path that depends on an argument without a default cannot be checked
         yield _line(include.location, error)
         return
     inner.extend_globals(_context(include.launch_description_source.location).get_globals())

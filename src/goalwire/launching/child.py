@@ -19,11 +19,11 @@ from typing import Any
 
 POSIX = os.name == 'posix'
 _TO_GROUP = frozenset({'SIGINT', 'SIGTERM', 'SIGKILL', 'SIGQUIT', 'SIGHUP'})
-_RECHECKS = (0.0, 0.01, 0.05, 0.2)  # in s: only a process's parent is notified of its end
+_RECHECKS = (0.0, 0.01, 0.05, 0.2)  # s between checks whether a whole group has ended: nothing reports that
 
 
 class Child(asyncio.SubprocessProtocol):
-    """A running process: its output, its end, and the end of its children."""
+    """A running process: its output, its end, and the end of the processes that it has started."""
 
     def __init__(
         self, on_start: Callable[[Child], None], on_output: Callable[[Child, int, bytes], None]
@@ -38,13 +38,13 @@ class Child(asyncio.SubprocessProtocol):
         self.streams_closed: asyncio.Future[None] = loop.create_future()
         self.pid = -1
 
-    # --- what asyncio calls
+    # --- called by asyncio
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         if isinstance(transport, asyncio.SubprocessTransport):
             self._transport = transport
             self.pid = transport.get_pid()
-            self._on_start(self)  # ProcessStarted comes before the first output
+            self._on_start(self)  # here, so that the event ProcessStarted comes before the first output
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         self._on_output(self, fd, data)
@@ -60,7 +60,7 @@ class Child(asyncio.SubprocessProtocol):
     # --- streams
 
     def on_stream_end(self, fd: int) -> None:
-        """Note that nobody can write to a stream any more."""
+        """Note that an output stream has ended: all of its writers have closed it."""
         self._open_streams.discard(fd)
         if not self._open_streams and not self.streams_closed.done():
             self.streams_closed.set_result(None)
@@ -78,14 +78,14 @@ class Child(asyncio.SubprocessProtocol):
         return self.exited.result() if self.exited.done() else None
 
     async def wait_for_end(self) -> int:
-        """Wait for the process's end and, if nothing of its group still runs, for the end of its output."""
+        """Wait for the process's end and, unless others of its group still run, for the end of its output."""
         code = await asyncio.shield(self.exited)
         if not self.group_alive():
             await asyncio.shield(self.streams_closed)
         return code
 
     def signal(self, wanted: signal.Signals) -> None:
-        """Send a signal. Signals that end processes go to the whole group, others only to the process."""
+        """Send a signal. Signals that end processes go to the process group, others only to the process."""
         with contextlib.suppress(ProcessLookupError, PermissionError):
             if POSIX and wanted.name in _TO_GROUP:
                 os.killpg(self.pid, wanted)
@@ -93,7 +93,7 @@ class Child(asyncio.SubprocessProtocol):
                 os.kill(self.pid, wanted)
 
     def group_alive(self) -> bool:
-        """Return whether a process of the group still runs."""
+        """Return whether any process of the process group still runs."""
         if not POSIX:
             return not self.exited.done()
         try:

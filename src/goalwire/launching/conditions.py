@@ -45,7 +45,7 @@ class UnlessCondition(IfCondition):
 
 
 class LaunchConfigurationEquals(Condition):
-    """True if a launch configuration has the expected value. To expect that it is not set, give None."""
+    """True if a launch configuration has the expected value; None expects that it is not set."""
 
     def __init__(self, launch_configuration_name: str, expected_value: SomeSubstitutions | None) -> None:
         super().__init__(predicate=self._holds)
@@ -72,7 +72,7 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
 
 
 class AndCondition(Condition):
-    """True if all conditions are true. Conditions behind the first false one are not evaluated."""
+    """True if all conditions are true. Conditions after the first false condition are not evaluated."""
 
     def __init__(self, *conditions: Condition) -> None:
         super().__init__(predicate=lambda context: all(item.evaluate(context) for item in conditions))

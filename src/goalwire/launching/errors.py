@@ -1,4 +1,4 @@
-"""Errors of launch files under launch's names: one sentence each, with file and line."""
+"""Turns errors in launch files into errors of one sentence each, with the file and line."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def remember_launch_file(path: str) -> None:
 
 
 def locate(error: Exception, location: Location | None, prefix: str = '') -> LaunchError:
-    """Return the error with its file and line in front: where a launch file raised it, else `location`."""
+    """Return the error with file and line in front: the launch file's line that raised it, or `location`."""
     if isinstance(error, LaunchError) and error.located:
         return error
     place = _line_of_launch_file(error) or location
@@ -44,7 +44,7 @@ def locate(error: Exception, location: Location | None, prefix: str = '') -> Lau
 
 
 def _explain_indentation(error: IndentationError) -> str:
-    """Return a hint about the indentations that the lines above allow."""
+    """Return a hint about an IndentationError: which indentations the lines above allow."""
     try:
         with open(error.filename or '', encoding='utf-8') as file:
             lines = file.read().splitlines()[: error.lineno or 0]

@@ -23,7 +23,7 @@ Target: TypeAlias = Callable[[Any], bool] | LaunchDescriptionEntity | None
 
 
 class OnActionEventBase(EventHandler):
-    """Answers events of one class: those of one action, of the actions that match, or of all actions."""
+    """Handles events of one class: those of one action, of the actions that match, or of all actions."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ def _target_text(target: Target) -> str:
 
 
 class OnExecutionComplete(OnActionEventBase):
-    """Answers the end of an action."""
+    """Handles the end of an action."""
 
     def __init__(self, *, target_action: Target = None, on_completion: Answer = None, **options: Any) -> None:
         super().__init__(
@@ -94,7 +94,7 @@ class OnExecutionComplete(OnActionEventBase):
 
 
 class OnShutdown(EventHandler):
-    """Answers the shutdown of the launch, while the processes still run."""
+    """Handles the shutdown of the launch, while its processes still run."""
 
     def __init__(self, *, on_shutdown: Answer = None, **options: Any) -> None:
         self._answer = on_shutdown if callable(on_shutdown) else None

@@ -132,7 +132,7 @@ class ProcessStderr(ProcessIO):
 
 
 class ProcessTargetedEvent(Event):
-    """The base of events that ask the matching processes to do something."""
+    """The base of events that concern the processes that a function matches."""
 
     name = 'launch.events.process.ProcessTargetedEvent'
 
@@ -141,13 +141,13 @@ class ProcessTargetedEvent(Event):
 
 
 class ShutdownProcess(ProcessTargetedEvent):
-    """Asks the matching processes to end: SIGINT, then SIGTERM, then SIGKILL."""
+    """Asks the launch to end the matching processes: by SIGINT, then SIGTERM, then SIGKILL."""
 
     name = 'launch.events.process.ShutdownProcess'
 
 
 class SignalProcess(ProcessTargetedEvent):
-    """Asks to send the matching processes a signal, given by number or name."""
+    """Asks the launch to send a signal, given by number or name, to the matching processes."""
 
     name = 'launch.events.process.SignalProcess'
 
@@ -170,7 +170,7 @@ class SignalProcess(ProcessTargetedEvent):
 
 
 def matches_action(target_action: Action) -> Callable[[Any], bool]:
-    """Return a function that matches the process of this action."""
+    """Return a function that matches only the process of the given action."""
     return lambda action: action is target_action
 
 
@@ -180,7 +180,7 @@ def matches_pid(pid: int) -> Callable[[Any], bool]:
 
 
 def matches_name(name: str) -> Callable[[Any], bool]:
-    """Return a function that matches processes by name, with or without the number that launch appends."""
+    """Return a function that matches processes by name; the number that launch appends may be left out."""
 
     def matches(action: Any) -> bool:
         found = (action.process_details or {}).get('name', '')

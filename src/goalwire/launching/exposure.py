@@ -1,7 +1,8 @@
-"""The names of actions and substitutions in XML and YAML files, in one table each.
+"""Two tables: the names of actions and those of substitutions in XML and YAML launch files.
 
-Each class adds itself by a decorator; `catalog.py` imports all that goalwire has. Other packages add theirs
-from entry points of the group `launch.frontend.launch_extension`, which are loaded at the first unknown name.
+Each class adds itself by a decorator; `catalog.py` imports all of goalwire's classes. Other packages add
+classes by entry points of the group `launch.frontend.launch_extension`, which are loaded at the first unknown
+name.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ _loaded: set[str] = set()
 
 
 def expose_action(*names: str) -> Callable[[_Class], _Class]:
-    """Give tags of these names a class with a classmethod `parse(entity, parser)`, or such a function."""
+    """Return a decorator for the action of tags of these names: a class with `parse`, or a function."""
     return _expose_in(_actions, names)
 
 
 def expose_substitution(*names: str) -> Callable[[_Class], _Class]:
-    """Give substitutions $(name …) a class with a classmethod `parse(data)`, or such a function."""
+    """Return a decorator for the substitution of these names: a class with `parse`, or a function."""
     return _expose_in(_substitutions, names)
 
 
@@ -41,7 +42,7 @@ def _expose_in(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Clas
 
 
 def load_extensions() -> None:
-    """Import the extensions of other packages, each once in a process."""
+    """Import other packages' extensions for launch files, each once in a process."""
     for point in entry_points(group='launch.frontend.launch_extension'):
         if point.name in _loaded:
             continue
@@ -57,17 +58,17 @@ def load_extensions() -> None:
 
 
 def exposed_actions() -> set[str]:
-    """Return the names of all tags."""
+    """Return the names of all tags that actions have in XML and YAML."""
     return set(_actions)
 
 
 def exposed_substitutions() -> set[str]:
-    """Return the names of all substitutions."""
+    """Return the names that all substitutions have in XML and YAML."""
     return set(_substitutions)
 
 
 def instantiate_action(entity: Any, parser: Any) -> Action:
-    """Return the action that a tag stands for. Raises LaunchError for an unknown tag, with similar names."""
+    """Return the action of a tag. Raises LaunchError for an unknown tag, naming similar tags."""
     made, arguments = _parse(_actions, entity.type_name, 'tag')(entity, parser)
     entity.assert_entity_completely_parsed()
     action = made(**arguments)
@@ -77,7 +78,7 @@ def instantiate_action(entity: Any, parser: Any) -> Action:
 
 
 def instantiate_substitution(name: str, data: Sequence[SomeSubstitutions] = ()) -> Substitution:
-    """Return the substitution that $(name data…) stands for. Raises LaunchError for an unknown name."""
+    """Return the substitution for $(name data…). Raises LaunchError for an unknown name."""
     made, arguments = _parse(_substitutions, name, 'substitution')(data)
     positional = arguments.pop('args', ())
     substitution = made(*positional, **arguments)

@@ -1,8 +1,8 @@
-"""Evaluates PythonExpression and $(eval …).
+"""Evaluates the expressions of PythonExpression and $(eval …).
 
-A launch file may run any Python, so this does not protect against a hostile file. It limits expressions to
-arithmetic, comparisons and the functions of the modules that the file names. It refuses names with double
-underscores, lambdas and walrus; of Python's own functions it allows only FUNCTIONS.
+Expressions are limited to arithmetic, comparisons and the functions of the modules that the file names. Names
+with double underscores, lambdas and walrus are refused; of Python's own functions only FUNCTIONS are allowed.
+These limits do not protect against a hostile launch file, which may run any Python anyway.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _REFUSED = (ast.Lambda, ast.NamedExpr, ast.Await, ast.Yield, ast.YieldFrom)
 
 
 def evaluate(expression: str, modules: Iterable[str] = ('math',)) -> str:
-    """Return the value of an expression as a string; names of `math` need no prefix, if `modules` has it.
+    """Return an expression's value as a string; with `math` in `modules`, its names need no prefix.
 
     Raises SubstitutionFailure if the expression is not allowed or raises an error.
     """

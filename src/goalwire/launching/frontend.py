@@ -1,6 +1,6 @@
-"""Launch files in XML and YAML: one tree of tags, from which actions are made.
+"""Launch files in XML and YAML: both are read into a tree of tags, from which actions are made.
 
-Both are read into `Entity`, a tag with attributes, children and its line. Each action class reads
+A tag is an `Entity`, with attributes, children and its line. Each action class reads
 its attributes in `parse`; an attribute or child that it does not read is an error, reported with the line.
 """
 
@@ -67,7 +67,7 @@ class Entity:
     def get_attr(
         self, name: str, *, data_type: Any = str, optional: bool = False, can_be_str: bool = True
     ) -> Any:
-        """Return an attribute's value as a type; for `List[Entity]` return the children of that name.
+        """Return an attribute's value, converted to a type; for `List[Entity]`, the children of that name.
 
         With `can_be_str` a text that does not fit the type stays a text: it may hold a substitution. Raises
         LaunchError for a missing attribute that is not optional, and for a value of another type.
@@ -111,7 +111,7 @@ class Entity:
 
 
 def near_names(given: Iterable[str], known: Iterable[str]) -> str:
-    """Return `; did you mean …?` with the known names that are similar, or '' without any."""
+    """Return `; did you mean …?` with known names similar to the given ones; '' if there are none."""
     near = dict.fromkeys(
         name for item in given for name in get_close_matches(item, sorted(known), n=1, cutoff=0.6)
     )
@@ -138,7 +138,7 @@ def _is_entity_list(data_type: Any) -> bool:
 
 
 class Parser:
-    """Reads files as launch descriptions; each derived class knows one notation."""
+    """Reads launch files into launch descriptions; each derived class reads one notation (XML or YAML)."""
 
     endings: tuple[str, ...] = ()
 
@@ -168,7 +168,7 @@ class Parser:
 
     @classmethod
     def load(cls, file: str | os.PathLike[str] | TextIO) -> tuple[Entity, Parser]:
-        """Read a file as a tree. Raises InvalidFrontendLaunchFileError, with file and line."""
+        """Read a file into a tree of tags. Raises InvalidFrontendLaunchFileError, with file and line."""
         if isinstance(file, str | os.PathLike):
             name, data = os.fspath(file), _contents(os.fspath(file))
         else:
@@ -184,7 +184,7 @@ class Parser:
 
     @classmethod
     def read(cls, data: bytes, name: str) -> Entity:
-        """Parse text of this notation into a tree."""
+        """Parse a text in this class's notation into a tree of tags."""
         raise NotImplementedError
 
     def parse_action(self, entity: Entity) -> Action:
@@ -246,7 +246,7 @@ def _contents(path: str) -> bytes:
 
 
 class XMLParser(Parser):
-    """Reads XML: elements are tags, attributes are attributes."""
+    """Reads XML: an element is a tag, with the element's attributes and children."""
 
     endings = ('launch.xml', 'xml')
 
@@ -268,7 +268,7 @@ def _entity(path: str, element: xml_tree.Element) -> Entity:
 
 
 class YAMLParser(Parser):
-    """Reads YAML: a mapping with one key is a tag; lists are children, mappings attributes."""
+    """Reads YAML: a mapping with one key is a tag; its value is a list of children, or maps attributes."""
 
     endings = ('launch.yaml', 'launch.yml', 'yaml', 'yml')
 
@@ -356,9 +356,9 @@ def _absolute(name: str) -> str:
 
 
 def parse_texts(entity: Entity, parser: Parser, *names: str, **renamed: str) -> dict[str, Any]:
-    """Return arguments of an action from attributes of its tag, which may have $(…) in them.
+    """Return arguments for an action's constructor from its tag's attributes, which may contain $(…).
 
-    `renamed` maps arguments to attributes with another name: src='from'.
+    `renamed` maps an argument to an attribute with another name: src='from'.
     """
     tagged = dict(zip(names, names, strict=True)) | renamed
     return {argument: parser.parse_substitution(entity.get_attr(name)) for argument, name in tagged.items()}

@@ -50,7 +50,7 @@ def _block(entity: LaunchDescriptionEntity) -> list[str]:
 
 
 def default_text(argument: DeclareLaunchArgument, *, plain: bool = False) -> str | None:
-    """Return an argument's default as `describe` shows it, None without one.
+    """Return an argument's default value as `describe` shows it; None if it has no default.
 
     With `plain` a default without substitutions is returned without quotes.
     """
@@ -63,7 +63,7 @@ def default_text(argument: DeclareLaunchArgument, *, plain: bool = False) -> str
 
 
 def missing_includes(entities: Iterable[LaunchDescriptionEntity], depth: int = 0) -> list[str]:
-    """Return why includes could not be read, each reason once. It leaves out includes that need a launch."""
+    """Return why included files could not be read, each reason once, without files that need a launch."""
     found: list[str] = []
     for entity in entities:
         if isinstance(entity, IncludeLaunchDescription):

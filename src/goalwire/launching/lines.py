@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 LONGEST_LINE = 2**16
-"""Bytes of an unfinished line that are buffered at most; a longer line is passed on in pieces."""
+"""The most bytes of an unfinished line that are buffered; a longer line is passed on in pieces."""
 _OF_A_TRACEBACK = ('Traceback (most recent call last):', 'Fatal Python error:', 'Exception ignored in')
 _INTERRUPT = 'KeyboardInterrupt'
 
 
 class Lines:
-    """Gives the lines of a stream to a function as soon as they are complete.
+    """Passes the lines of an output stream to a function as soon as they are complete.
 
     If a Python program is interrupted while it starts, it prints a traceback about its own imports. After
     expect_interrupt(), such a traceback is dropped if it is the first output of the stream.
@@ -26,7 +26,7 @@ class Lines:
         self.was_interrupted_early = False
 
     def expect_interrupt(self) -> None:
-        """Hold back the lines of a traceback from now on, if the stream has had no line yet."""
+        """If the stream has had no line yet, hold back the lines of a traceback from now on."""
         if not self.has_begun:
             self._held = []
 
@@ -41,7 +41,7 @@ class Lines:
             self._tell_rest()
 
     def flush(self) -> None:
-        """Pass on an unfinished last line, and the held lines unless they are an interrupt's traceback."""
+        """Pass on an unfinished last line, and held lines if they are not a KeyboardInterrupt's traceback."""
         self._tell_rest()
         held, self._held = self._held or [], None
         if held and held[-1] == _INTERRUPT:

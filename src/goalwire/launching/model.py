@@ -25,32 +25,32 @@ from goalwire.launching.errors import HERE, OVERLAY, Location, locate
 
 
 class Event:
-    """Something that happened; event handlers are asked in the order in which they were registered."""
+    """Something that happened, or a request; event handlers whose `matches` is true handle it."""
 
     name = 'launch.Event'
 
 
 class Substitution:
-    """A text that is evaluated when the launch runs."""
+    """A text that is evaluated while the launch runs."""
 
     def describe(self) -> str:
-        """Return the substitution as the launch file has it, for printing."""
+        """Return a text that shows the substitution unevaluated, for printing."""
         return f'{type(self).__name__}()'
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the substitution's text."""
+        """Evaluate the substitution, and return its text."""
         raise NotImplementedError
 
     @classmethod
     def parse(cls, data: Sequence[SomeSubstitutions]) -> tuple[type[Substitution], dict[str, Any]]:
-        """Return the class and its keyword arguments for $(name …) in XML and YAML."""
+        """Return the class and its keyword arguments for a substitution $(name …) in XML or YAML."""
         if data:
             raise TypeError(f'{cls.__name__} takes no arguments')
         return cls, {}
 
 
 SomeSubstitutions: TypeAlias = str | Path | Substitution | Iterable[str | Path | Substitution]
-"""The values that may be given for a text: `SomeSubstitutionsType` of launch."""
+"""The types that an argument for a text may have; launch calls them `SomeSubstitutionsType`."""
 
 
 class Condition:
@@ -72,7 +72,7 @@ class Condition:
         return self._last
 
     def evaluate_prev(self) -> bool | None:
-        """Return the last result of evaluate(); None before the first."""
+        """Return the last result of evaluate(); None before its first call."""
         return self._last
 
 
@@ -88,19 +88,19 @@ class LaunchDescriptionEntity:
         return []
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return the sub-entities that are visited in any case, for printing."""
+        """Return the sub-entities that are visited unconditionally, for printing."""
         return self.get_sub_entities()
 
     def describe_conditional_sub_entities(self) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return the sub-entities that wait for something, each list with a text that describes it."""
+        """Return lists of sub-entities that wait for an event, each with a text that describes the event."""
         return []
 
     def visit(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
-        """Do the entity's work; the returned entities are visited next."""
+        """Do the entity's work, and return the entities to visit next."""
         return None
 
     def get_asyncio_future(self) -> asyncio.Future[Any] | None:
-        """Return the future that the launch waits for; None if the entity is done at once."""
+        """Return a future that is done when the entity's work is; None if the work is done after `visit`."""
         return None
 
     def find_arguments(self, search: ArgumentSearch) -> Iterator[FoundArgument]:
@@ -119,7 +119,7 @@ class ArgumentSearch(NamedTuple):
     """The state of a search for launch arguments."""
 
     includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost include first
-    decided: frozenset[str] = frozenset()  # names that an include sets: not arguments of the launch
+    decided: frozenset[str] = frozenset()  # names set by an include, so no launch arguments
     is_conditional: bool = False
 
 
@@ -132,7 +132,7 @@ class FoundArgument(NamedTuple):
 
 
 class Action(LaunchDescriptionEntity):
-    """An entity that does something if its condition holds."""
+    """An entity that does its work if its condition holds, or if it has none."""
 
     def __init__(self, *, condition: Condition | None = None) -> None:
         self._condition = condition
@@ -144,7 +144,7 @@ class Action(LaunchDescriptionEntity):
 
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
-        """Return the class and its keyword arguments for a tag; the parser reads `if` and `unless`."""
+        """Return the class and its keyword arguments for a tag in XML or YAML: here its `condition`."""
         condition = parser.parse_condition(entity)
         return cls, {} if condition is None else {'condition': condition}
 
@@ -160,7 +160,7 @@ class Action(LaunchDescriptionEntity):
             self._tell_completion(context)
 
     def execute(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
-        """Do the action's work; the returned entities are visited next."""
+        """Do the action's work, and return the entities to visit next."""
         return None
 
     def _tell_completion(self, context: LaunchContext) -> None:
@@ -200,7 +200,7 @@ def _place_outside() -> Location | None:
 
 
 class EventHandler:
-    """Answers the events that match by visiting entities."""
+    """Handles matching events: its entities are then visited."""
 
     def __init__(
         self,
@@ -233,12 +233,12 @@ class EventHandler:
         return self._matcher(event)
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
-        """Describe the handler, and return the entities that it would visit."""
+        """Return a text that describes the handler, and the entities that it would visit."""
         does = f"matcher='{self.matcher_description}', handler='{self.handler_description}'"
         return f'{type(self).__name__}({does})', self._entities
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntities | None:
-        """Return the actions for an event that matches."""
+        """Return the entities to visit for an event that matches."""
         context.extend_locals({'event': event})
         if self._handle_once:
             context.unregister_event_handler(self)
@@ -246,7 +246,7 @@ class EventHandler:
 
 
 def entity_list(some: Any) -> list[LaunchDescriptionEntity]:
-    """Return None, an entity or several as a list. Raises LaunchError for anything else."""
+    """Return a list of entities, made from None, one entity or several. Raises LaunchError for others."""
     if some is None:
         return []
     items = [some] if isinstance(some, LaunchDescriptionEntity) else None
@@ -279,7 +279,7 @@ class LaunchContext:
         self.launch_configurations: dict[str, Any] = {}
         self.is_shutdown = False
         self.running_processes = 0
-        self.is_aborted = False  # after an error, entities that have not started do not start
+        self.is_aborted = False  # True after an error: no more processes are started
         self.events: deque[Event] = deque()
         self.handlers: deque[EventHandler] = deque()
         self.completion_futures: set[asyncio.Future[Any]] = set()
@@ -307,10 +307,10 @@ class LaunchContext:
 
     @property
     def environment(self) -> dict[str, str]:
-        """The environment that processes will get: os.environ itself."""
+        """The environment for the processes of the launch: os.environ itself, not a copy."""
         return os.environ  # type: ignore[return-value]
 
-    # --- names of the moment
+    # --- local and global names
 
     @property
     def locals(self) -> Any:
@@ -361,7 +361,7 @@ class LaunchContext:
         self._set_environment(self._environment_stack.pop())
 
     def reset_environment(self) -> None:
-        """Go back to the environment that the launch began with."""
+        """Restore the environment that the launch began with."""
         self._set_environment(self._first_environment)
 
     def _set_environment(self, wanted: dict[str, str]) -> None:
@@ -372,7 +372,7 @@ class LaunchContext:
     # --- events
 
     def register_event_handler(self, event_handler: EventHandler, append: bool = False) -> None:
-        """Register a handler. It gets events before the others, or after them with `append`."""
+        """Register a handler. It gets events before all other handlers, or with `append` after them."""
         if append:
             self.handlers.append(event_handler)
         else:
@@ -451,7 +451,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments_with_include_launch_description_actions(
         self, conditional_inclusion: bool = False
     ) -> list[tuple[Any, list[Any] | None]]:
-        """Do as get_launch_arguments(); each argument comes with the includes that lead to it, or None."""
+        """Return what get_launch_arguments() returns, each argument with the includes that lead to it."""
         first: dict[str, FoundArgument] = {}
         search = ArgumentSearch(is_conditional=conditional_inclusion)
         for entity in self._entities:
@@ -462,7 +462,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments(self, conditional_inclusion: bool = False) -> list[Any]:
         """The DeclareLaunchArgument actions of this file and those it includes, each name once.
 
-        It leaves out an include that cannot be read without a launch, and arguments that an include sets.
+        Left out are includes that cannot be read without a launch, and arguments that an include sets.
         """
         found = self.get_launch_arguments_with_include_launch_description_actions(conditional_inclusion)
         return [argument for argument, _ in found]
@@ -473,7 +473,7 @@ def visit_tree(
 ) -> Iterator[tuple[LaunchDescriptionEntity, asyncio.Future[Any]]]:
     """Visit an entity and its sub-entities, depth first; yield each that must be awaited, with its future.
 
-    Raises LaunchError, which tells the failure with the file and line of the entity.
+    Raises LaunchError with the failure, and the file and line of the entity that failed.
     """
     try:
         entities = entity_list(entity.visit(context))

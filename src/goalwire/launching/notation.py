@@ -2,7 +2,7 @@ r"""The notation of substitutions in XML and YAML: `$(name argument …)` within
 
 A text has plain characters, characters escaped by `\`, and substitutions. Arguments are separated by spaces;
 an argument in single or double quotes may have spaces and parentheses in it. Arguments are texts themselves,
-so substitutions may be nested. The grammar is that of launch's front ends.
+so substitutions may be nested. The grammar is the same as in ROS 2's launch.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ def replace_escaped_characters(data: str) -> str:
 
 
 def parse_substitution(string_value: str) -> list[Substitution]:
-    """Parse a text into its parts. Raises LaunchError for a malformed text or an unknown substitution."""
+    """Parse a text into substitutions. Raises LaunchError for a malformed text or an unknown substitution."""
     reader = _Reader(string_value)
     parts = reader.text(end='')
     return parts or [TextSubstitution(text='')]
 
 
 def parse_if_substitutions(value: Any) -> Any:
-    """Parse a text with substitutions into its parts, lists item by item. Return other values unchanged."""
+    """Parse a text with $(…) into substitutions, a list item by item. Return other values unchanged."""
     if isinstance(value, list):
         kinds = {type(item) for item in value} - {str}
         if len(kinds) > 1:
@@ -53,7 +53,7 @@ class _Reader:
         self._at = 0
 
     def text(self, end: str) -> list[Substitution]:
-        """Read up to a character in `end` and leave it unread; read everything if `end` is empty."""
+        """Read up to the first character that is in `end`, without it; read everything if `end` is empty."""
         parts: list[Substitution] = []
         plain = ''
         while self._at < len(self._text):

@@ -1,8 +1,8 @@
 """The outputs of a launch: the terminal, and log files in a folder of the launch.
 
 This is `launch.logging` of ROS 2 under the same names. The loggers are Python's, one for each process name
-and stream; they get the output of processes line by line. The screen is standard output. If its reader has
-gone, lines go only to the files, and the screen's `on_closed` is called.
+and stream, and get the processes' output line by line. The screen is standard output. If the reader of the
+screen has gone, lines go only to the files, and the screen's `on_closed` is called.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SCREEN_WITH_TIME = '{created:.7f} [{levelname}] [{name}]: {message}'
 _FILE = '{created:.7f} [{levelname}] [{name}]: {message}'
 _LINE_ON_SCREEN, _LINE_IN_FILE = '{message}', '{created:.7f} {message}'
 _GONE = frozenset({errno.EPIPE, errno.EIO, errno.EBADF, errno.ENXIO})
-"""The errors of writing to standard output if its reader or the terminal has gone."""
+"""The error numbers of writing to standard output after its reader or the terminal has gone."""
 OUTPUTS: dict[str, dict[str, set[str]]] = {
     'screen': {'both': {'screen'}},
     'log': {'both': {'log'}, 'stderr': {'screen'}},
@@ -36,7 +36,7 @@ OUTPUTS: dict[str, dict[str, set[str]]] = {
 
 
 class _Formatted(logging.Handler):
-    """A handler whose format depends on the logger: lines of processes have no prefix."""
+    """A logging handler with two formats: lines of processes are shown without a prefix."""
 
     def __init__(self, general: str, line: str) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class _Formatted(logging.Handler):
 
 
 class _Screen(_Formatted):
-    """Standard output, shared by all processes."""
+    """A logging handler that writes to standard output, which all processes share."""
 
     def __init__(self, general: str) -> None:
         super().__init__(general, _LINE_ON_SCREEN)
@@ -70,12 +70,12 @@ class _Screen(_Formatted):
                 return  # a full disk or a full pipe must not stop the robot
             self._closed = True
             with contextlib.suppress(OSError, ValueError):
-                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # so that Python's flush at exit succeeds
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for Python's flush at exit
             self.on_closed()
 
 
 class _File(_Formatted):
-    """A log file, opened at its first line."""
+    """A logging handler that writes to a file, which is opened at its first line."""
 
     def __init__(self, path: str, general: str, line: str) -> None:
         super().__init__(general, line)
@@ -179,7 +179,7 @@ class LaunchConfig:
 
 
 def logging_directory() -> Path:
-    """Return ROS_LOG_DIR, else log/ of ROS_HOME, else ~/.ros/log. Raises LaunchError without a home."""
+    """Return ROS_LOG_DIR, else ROS_HOME/log, else ~/.ros/log. Raises LaunchError if the user has no home."""
     own = os.environ.get('ROS_LOG_DIR')
     chosen = Path(own) if own else Path(os.environ.get('ROS_HOME') or '~/.ros') / 'log'
     try:
@@ -204,7 +204,7 @@ launch_config = LaunchConfig()
 
 
 def log_launch_config(logger: logging.Logger) -> None:
-    """Log the folder of the log files, and the lowest level that is shown."""
+    """Log the folder of the log files, and the lowest level of shown messages."""
     logger.info(f'All log files can be found below {launch_config.log_dir}')
     logger.info(f'Default logging verbosity is set to {logging.getLevelName(launch_config.level)}')
 
@@ -222,7 +222,7 @@ def get_logger(name: str | None = None) -> logging.Logger:
 def get_output_loggers(
     process_name: str, output_config: str | dict[str, Any]
 ) -> tuple[logging.Logger, logging.Logger]:
-    """Return the loggers of a process's two output streams. Raises LaunchError for an unknown output."""
+    """Return the loggers for a process's stdout and stderr. Raises LaunchError for an unknown output."""
     config = _destinations(output_config)
     loggers = []
     for stream in ('stdout', 'stderr'):

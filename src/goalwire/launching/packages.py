@@ -1,4 +1,4 @@
-"""Packages by name: their folders and their programs.
+"""Finds packages by name: their folders and their programs.
 
 ament_index_python is asked first (ROS 2's own if ROS 2 is sourced): it finds installed workspaces and
 packages that pip installed. Then source packages below the working directory are searched, by package.xml:
@@ -29,7 +29,7 @@ from goalwire.idl.workspace import MANIFEST, package_name
 from goalwire.launching.source_programs import programs_of_group, starters
 
 COMPONENTS = 'rclpy_components'
-"""The group of entry points for components. Their names are plugins, such as `my_robot::Camera`."""
+"""The entry-point group of components in Python; an entry's name is a plugin, as `my_robot::Camera`."""
 _sources: dict[tuple[str, ...], dict[str, str]] = {}
 
 
@@ -69,7 +69,7 @@ def executables(package: str) -> list[str]:
 
 
 def executable(package: str, name: str) -> str:
-    """Return a program's path. Raises NoSuchPackageError, and LaunchError if the package does not have it."""
+    """Return a program's path. Raises NoSuchPackageError, and LaunchError for an unknown program."""
     found = executables(package)
     source = source_of(package)
     for path in found:
@@ -98,14 +98,14 @@ def has_component(package: str, plugin: str) -> bool:
 
 
 def source_components(package: str) -> list[EntryPoint]:
-    """Return the Python components of a package that is not installed, only present as source."""
+    """Return the Python components of a package that is present only as source, not installed."""
     source = source_of(package)
     found = {} if source is None else programs_of_group(source, COMPONENTS)
     return [EntryPoint(name, f'{module}:{what}', COMPONENTS) for name, (module, what) in found.items()]
 
 
 def source_packages() -> dict[str, str]:
-    """Return the folders of packages up to four levels below the working directory, by name."""
+    """Return the folders of source packages, up to four levels below the working directory, by name."""
     root = _working_directory()
     if root is None:
         return {}
@@ -129,7 +129,7 @@ def source_of(package: str) -> str | None:
     except (PackageNotFoundError, ValueError):
         return folder
     # ament_index_python also finds source packages with interfaces, in a prefix made of links. A package that
-    # pip installed editable has such a prefix, too, but counts as installed.
+    # pip installed as editable has such a prefix, too, but counts as installed.
     found = find_package(package)
     if found is None or found.origin != workspace_roots.WORKING_DIRECTORY:
         return None
@@ -137,7 +137,7 @@ def source_of(package: str) -> str | None:
 
 
 def use_source(package: str) -> str | None:
-    """Return a package's folder below the working directory; report its use if that is not trusted."""
+    """Return a package's folder below the working directory; report its use if the latter is untrusted."""
     folder = source_packages().get(package)
     if folder is not None:
         _tell_origin(package, folder)

@@ -56,7 +56,7 @@ NormalizedVariables: TypeAlias = list[tuple[list[Substitution], list[Substitutio
 
 
 class Executable:
-    """A command with its folder and its environment; `prepare` evaluates their substitutions."""
+    """A command, its working folder and its environment; `prepare` evaluates the substitutions in them."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class Executable:
             cmd = shlex.split(perform_substitutions(context, self.prefix)) + cmd
         if self.name is not None:
             name = perform_substitutions(context, self.name)
-        else:  # a shell's command line is one text: its first word is the program
+        else:  # with `shell`, the command line is one text, whose first word is the program
             is_line = action is not None and action.shell
             name = os.path.basename(cmd[0].split(maxsplit=1)[0] if is_line and cmd[0].strip() else cmd[0])
         self.final_name = f'{name}-{next(_numbers)}'
@@ -166,7 +166,7 @@ class ExecuteLocal(Action):
         self._stdout: Lines | None = None
         self._stderr: Lines | None = None
 
-    # --- what others read
+    # --- read by users
 
     @property
     def output(self) -> SomeSubstitutions | dict[str, Any]:
@@ -215,7 +215,7 @@ class ExecuteLocal(Action):
     # --- starting
 
     def command(self, context: LaunchContext) -> list[str]:
-        """Return the command without its prefix."""
+        """Return the evaluated command, without its prefix."""
         return self.process_description.command(context)
 
     def execute(self, context: LaunchContext) -> Any:
@@ -272,7 +272,7 @@ class ExecuteLocal(Action):
         return evaluate_condition_expression(context, [TextSubstitution(text=str(configured))])
 
     async def _run(self, context: LaunchContext, *, respawn: bool) -> None:
-        """Run the process; with `respawn` run it again each time that it ends, until the launch stops it."""
+        """Run the process; with `respawn` run it again whenever it ends, until the launch stops it."""
         try:
             while await self._run_once(context) and respawn and self._respawns_left != 0:
                 if context.is_shutdown or self._stopping is None or self._stopping.is_set():
@@ -287,7 +287,7 @@ class ExecuteLocal(Action):
                 self._completed.set_result(None)
 
     async def _run_once(self, context: LaunchContext) -> bool:
-        """Run the process to its end; False if it could not be started."""
+        """Run the process to its end; return False if it could not be started."""
         if context.is_aborted:
             return False
         details = dict(self._details or {})
@@ -372,7 +372,7 @@ class ExecuteLocal(Action):
             child.signal(wanted)
 
     def _begin_ending(self, context: LaunchContext) -> None:
-        """Begin to end the process: SIGINT, then SIGTERM and SIGKILL if it still runs. Do so only once."""
+        """Start ending the process, once: SIGINT, then SIGTERM and SIGKILL if it still runs."""
         if self._stopping is not None:
             self._stopping.set()
         child = self._child
@@ -417,7 +417,7 @@ def _seconds(context: LaunchContext, text: list[Substitution]) -> float:
 
 
 class _Answers(EventHandler):
-    """Calls a method with each event of a class."""
+    """An event handler that calls a method with each event of one class."""
 
     def __init__(self, event_class: type[Any], method: Callable[[Any, LaunchContext], None]) -> None:
         super().__init__(matcher=lambda event: isinstance(event, event_class))
@@ -494,7 +494,7 @@ class ExecuteProcess(ExecuteLocal):
 
     @classmethod
     def _parse_cmdline(cls, cmd: str, parser: Parser) -> list[list[Substitution]]:
-        """Do as parse_command_line(). Derived classes of other packages call this method."""
+        """Return the result of parse_command_line(). Derived classes in other packages call this method."""
         return parse_command_line(cmd, parser)
 
     @property

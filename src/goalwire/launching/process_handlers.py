@@ -1,4 +1,4 @@
-"""Event handlers: on the start, the output and the end of processes."""
+"""Event handlers for the start, the output and the end of processes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from goalwire.launching.process import ExecuteLocal
 
 
 class OnProcessStart(OnActionEventBase):
-    """Answers the start of a process."""
+    """Handles the start of a process."""
 
     def __init__(self, *, target_action: Target = None, on_start: Answer = None, **options: Any) -> None:
         super().__init__(
@@ -25,7 +25,7 @@ class OnProcessStart(OnActionEventBase):
 
 
 class OnProcessExit(OnActionEventBase):
-    """Answers the end of a process."""
+    """Handles the end of a process."""
 
     def __init__(self, *, target_action: Target = None, on_exit: Answer = None, **options: Any) -> None:
         super().__init__(
@@ -38,7 +38,7 @@ class OnProcessExit(OnActionEventBase):
 
 
 class OnProcessIO(OnActionEventBase):
-    """Answers the output of a process."""
+    """Handles the output of a process."""
 
     def __init__(
         self,

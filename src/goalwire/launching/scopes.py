@@ -1,4 +1,4 @@
-"""Actions that change the scope of those after them: launch configurations, environment variables, groups."""
+"""Actions that set launch configurations and environment variables for the actions after them, and groups."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from goalwire.launching.values import (
 
 
 class _Naming(Action):
-    """The base of actions on a configuration or variable, given by its name."""
+    """The base of actions on a launch configuration or environment variable that is given by its name."""
 
     TAGGED: ClassVar[tuple[str, ...]] = ('name',)
-    """The attributes of the action's tag; the constructor has arguments of the same names."""
+    """The attributes of the action's tag; the constructor's arguments have the same names."""
 
     def __init__(self, name: SomeSubstitutions, **options: Any) -> None:
         super().__init__(**options)
@@ -44,7 +44,7 @@ class _Naming(Action):
 
 
 class _Setting(_Naming):
-    """The base of actions that give a configuration or variable a value."""
+    """The base of actions that set a launch configuration or environment variable to a value."""
 
     TAGGED = ('name', 'value')
 
@@ -100,7 +100,7 @@ class ResetLaunchConfigurations(Action):
 
 
 def _kept_configurations(entity: Entity, parser: Parser) -> dict[Any, Any]:
-    """Return the configurations of a tag's `keep` children."""
+    """Return the launch configurations in a tag's `keep` children: values by name."""
     kept = {}
     for item in entity.get_entities('keep'):
         name = tuple(parser.parse_substitution(item.get_attr('name')))
@@ -163,7 +163,7 @@ class AppendEnvironmentVariable(_Setting):
 
     @property
     def prepend(self) -> bool | list[Substitution]:
-        """True if the new text comes first, or the substitutions that say so."""
+        """Whether the new text comes before the old value: a boolean, or substitutions that will give it."""
         return self._given_prepend if isinstance(self._given_prepend, bool) else self._prepend
 
     @property
@@ -217,7 +217,7 @@ class PopEnvironment(Action):
 
 @expose_action('reset_environment')
 class ResetEnvironment(Action):
-    """Goes back to the environment that the launch began with."""
+    """Restores the environment that the launch began with."""
 
     def execute(self, context: LaunchContext) -> None:
         context.reset_environment()

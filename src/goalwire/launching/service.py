@@ -26,7 +26,7 @@ from goalwire.launching.model import (
 from goalwire.launching.output import get_logger, launch_config, log_launch_config
 
 SAME_S = 0.5
-"""Signals within this time, in s, count as one: wrappers such as `uv run` repeat the terminal's signals."""
+"""Signals within so many s count as one signal: wrappers such as `uv run` repeat the terminal's signals."""
 
 
 class LaunchService:
@@ -56,7 +56,7 @@ class LaunchService:
         self._return_code = 0
         self._errors: list[Exception] = []
         self.interrupted_by: signal.Signals | None = None
-        """The signal that ended the launch, None if it ended otherwise."""
+        """The signal that ended the launch; None if no signal has ended it."""
 
     @property
     def context(self) -> LaunchContext:
@@ -71,7 +71,7 @@ class LaunchService:
         return self._task
 
     def emit_event(self, event: Event) -> None:
-        """Queue an event. Any thread may call this; events queued before run() are handled in run()."""
+        """Queue an event. Any thread may call this method. Events queued before run() wait for run()."""
         with self._lock:
             if self._loop is not None:
                 self._loop.call_soon_threadsafe(self._context.emit_event_sync, event)
@@ -79,11 +79,11 @@ class LaunchService:
                 self._context.events.append(event)
 
     def include_launch_description(self, launch_description: LaunchDescription) -> None:
-        """Carry out this description, too. Any thread may call this."""
+        """Carry out another description in this launch. Any thread may call this method."""
         self.emit_event(IncludeLaunchDescription(launch_description))
 
     def shutdown(self, force_sync: bool = False) -> Coroutine[None, None, None] | None:
-        """Shut the launch down; do nothing if the service does not run. Any thread may call this.
+        """Shut the launch down; do nothing if the service does not run. Any thread may call this method.
 
         As in launch, a call in the service's own loop returns a coroutine that waits for the launch's end,
         unless `force_sync` is set.
@@ -100,7 +100,7 @@ class LaunchService:
             await asyncio.wait([self._task])
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:
-        """Carry out the included descriptions. Return 1 if that failed, else 0.
+        """Carry out the included descriptions. Return 1 after a failure, else 0.
 
         In the main thread, Ctrl-C, SIGTERM and SIGHUP shut the launch down in order. Raises LaunchError if
         the service runs already.
@@ -108,7 +108,7 @@ class LaunchService:
         return asyncio.run(self.run_async(shutdown_when_idle=shutdown_when_idle), debug=self._debug)
 
     async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
-        """Do as run(), in the program's own loop."""
+        """Do the same as run(), but in the asyncio loop that already runs."""
         with self._lock:
             if self._loop is not None:
                 raise LaunchError('this LaunchService runs already')
@@ -139,7 +139,7 @@ class LaunchService:
                 self._context.cleanups.pop()()
 
     async def _work(self, *, shutdown_when_idle: bool) -> int:
-        """Handle events until nothing is left to wait for."""
+        """Handle events until there is nothing left to wait for; return the exit code."""
         try:
             while True:
                 await self._handle_events()
@@ -160,7 +160,7 @@ class LaunchService:
         return self._return_code
 
     async def _end_after_cancel(self) -> None:
-        """End the processes after the program has cancelled the task."""
+        """End the launch's processes after the program has cancelled the task of run_async()."""
         self._shut_down('the task of LaunchService.run_async() was cancelled')
         while self._futures or self._context.completion_futures or self._context.events:
             await self._handle_events()
@@ -205,7 +205,7 @@ class LaunchService:
             self._news.set()
 
     def _fail(self, error: Exception) -> None:
-        """Shut down because of an error, which is logged after the lines of the ending processes."""
+        """Shut the launch down because of an error, which is logged after the processes' last lines."""
         self._errors.append(error)
         self._return_code = 1
         self._context.is_aborted = True
@@ -253,9 +253,7 @@ class LaunchService:
                     signal.signal(number, handler)
 
     def _on_interrupt(self, number: signal.Signals) -> None:
-        """On the first signal ask all processes to end, on the second send them SIGTERM, on the third
-        SIGKILL.
-        """
+        """On the first signal end all processes, on the second send them SIGTERM, on the third SIGKILL."""
         now = time.monotonic()
         if now - self._interrupted_at < SAME_S:
             return

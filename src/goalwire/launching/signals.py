@@ -11,7 +11,7 @@ Handler = Callable[[int], None]
 
 
 class AsyncSafeSignalManager:
-    """Calls signal handlers in a loop, inside its `with` block; at the end it restores the previous handlers.
+    """Calls signal handlers in an asyncio loop inside a `with` block, then restores the previous handlers.
 
     The block may be entered several times. Only the main thread can enter it.
     """

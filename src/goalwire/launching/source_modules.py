@@ -1,4 +1,4 @@
-"""Python modules of source packages, for launch files and components that import them.
+"""Lets launch files and components import the Python modules of source packages.
 
 `from nav2_common.launch import RewrittenYaml` finds `nav2_common/` in the source package of that name, if no
 installed module has the name: this finder is the last on sys.meta_path.

@@ -36,7 +36,7 @@ sys.exit({function}())
 
 
 def starters(package: str, folder: str) -> list[str]:
-    """Return the paths of starters for a source package's programs, sorted; [] if it has no programs."""
+    """Return the sorted paths of starters for a source package's programs; [] if it has no programs."""
     texts = {name: _starter(name, target, folder) for name, target in console_scripts(folder).items()}
     if not texts or os.name != 'posix':
         return []
@@ -50,12 +50,12 @@ def starters(package: str, folder: str) -> list[str]:
 
 
 def console_scripts(folder: str) -> dict[str, tuple[str, str]]:
-    """Return (module, function) by program, from setup.py, setup.cfg and pyproject.toml if readable."""
+    """Return (module, function) by program name, from setup.py, setup.cfg and pyproject.toml."""
     return programs_of_group(folder, 'console_scripts')
 
 
 def programs_of_group(folder: str, group: str) -> dict[str, tuple[str, str]]:
-    """Return (module, object) by name, for one group of entry points of a source package."""
+    """Return (module, object) by entry name, for one group of entry points of a source package."""
     found: dict[str, tuple[str, str]] = {}
     for entry in (
         *_of_setup_py(folder, group),

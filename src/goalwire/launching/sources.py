@@ -161,7 +161,7 @@ def _readable(path: str) -> None:
 
 
 class LaunchDescriptionSource:
-    """The source of an included description. It is read when the include is carried out."""
+    """The source of an included launch description, which is read when the include is carried out."""
 
     def __init__(
         self,
@@ -177,7 +177,7 @@ class LaunchDescriptionSource:
 
     @property
     def location(self) -> str:
-        """The path, once it is evaluated; before that its description."""
+        """The path of the launch file, once evaluated; before that, a text that shows it unevaluated."""
         return self._expanded or describe_text(self._location)
 
     @property
@@ -201,7 +201,7 @@ class LaunchDescriptionSource:
     ) -> LaunchDescription | None:
         """Read the file and return its description; return None if its path is known only in a launch.
 
-        `including` is the line of the include: $(dirname) stands for the folder of that file.
+        `including` is the line of the include: $(dirname) stands for the folder of the file with that line.
         """
         context = LaunchContext()
         if including is not None:
@@ -220,7 +220,7 @@ class LaunchDescriptionSource:
 
     @property
     def missing(self) -> str | None:
-        """The reason why a read without a context did not find the file; None if it found it."""
+        """The reason why reading without a context did not find the file; None if it was found."""
         return self._missing
 
 
@@ -323,8 +323,8 @@ class IncludeLaunchDescription(Action):
     def decided_names(self) -> set[str]:
         """Return the names of the arguments that the include sets.
 
-        It leaves out arguments that it passes on, as in `<arg name="a" value="$(var a)"/>`: the command line
-        sets these.
+        Arguments that the include passes on, as in `<arg name="a" value="$(var a)"/>`, are left out: the
+        command line sets these.
         """
         names = set()
         for name, value in self._arguments:
@@ -361,14 +361,14 @@ class IncludeLaunchDescription(Action):
             (perform_text(context, name), normalize_to_list_of_substitutions(value))
             for name, value in self._arguments
         ]
-        if self.location is not None:  # the outermost file has no include: an error names the argument's line
+        if self.location is not None:  # not for the outermost file: its error names the argument's line
             self._check_required(context, description, {name for name, _ in given})
         sets: list[LaunchDescriptionEntity] = []
         for name, value in given:
             action = SetLaunchConfiguration(name, _outside(value, globals_))
             action.location = self.location
             sets.append(action)
-        # The names of the outermost file stay, since its event handlers may use $(dirname) later.
+        # The outermost file's global names stay set, since its event handlers may use $(dirname) later.
         back = [OpaqueFunction(function=go_back)] if names & globals_.keys() else []
         return [*sets, description, *back]
 
@@ -400,7 +400,7 @@ def _configurations_in(value: SomeSubstitutions) -> set[str]:
 
 
 def _this_file(path: str) -> dict[str, str]:
-    """Return the global names that tell the path and the folder of a launch file."""
+    """Return the global names, with values, for the path and the folder of a launch file."""
     full = os.path.abspath(path)
     return {'current_launch_file_path': full, 'current_launch_file_directory': os.path.dirname(full)}
 
@@ -431,7 +431,7 @@ def _outside(value: list[Substitution], globals_: dict[str, Any]) -> _Outside:
 
 
 class ScopedIncludeLaunchDescription(IncludeLaunchDescription):
-    """Includes a launch file. Changes of configurations and environment end with that file."""
+    """Includes a launch file; its changes of launch configurations and environment end with the file."""
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         return [

@@ -1,4 +1,4 @@
-"""The substitutions of launch."""
+"""The substitutions of the package launch."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ __all__ = [
 
 
 class CompoundSubstitution(Substitution):
-    """A substitution made of texts; `names` are its arguments in $(…), the first `least` are required."""
+    """A substitution with texts as arguments; `names` are these in $(…), of which `least` are required."""
 
     names: ClassVar[tuple[str, ...]] = ()
     least: ClassVar[int | None] = None
@@ -155,7 +155,7 @@ class EnvironmentVariable(CompoundSubstitution):
 
 @expose_substitution('eval')
 class PythonExpression(CompoundSubstitution):
-    """The value of a Python expression as a text. expressions.py says which expressions are allowed."""
+    """The value of a Python expression, as a text. expressions.py defines which expressions are allowed."""
 
     names = ('expression', 'python_modules')
     least = 1
@@ -178,7 +178,7 @@ class PythonExpression(CompoundSubstitution):
 
 
 def _resolve_program(words: list[str]) -> list[str]:
-    """Return the command. Take a program that is not on PATH from this Python's folder (pip's scripts)."""
+    """Return the command; a program that is not on PATH is taken from this Python's folder of scripts."""
     if words and os.path.dirname(words[0]) == '' and shutil.which(words[0]) is None:
         beside = shutil.which(words[0], path=os.path.dirname(sys.executable))
         return [beside or words[0], *words[1:]]
@@ -493,7 +493,7 @@ class AnySubstitution(CompoundSubstitution):
         return cls, {'args': data}
 
     def perform(self, context: LaunchContext) -> str:
-        found = [truth(context, part) for part in self._parts]  # evaluates each, as launch does
+        found = [truth(context, part) for part in self._parts]  # evaluates all conditions, as launch does
         return _word(any(found))
 
 
@@ -536,7 +536,7 @@ def _as_text(value: Any) -> SomeSubstitutions:
 
 
 def _same(left: str, right: str) -> bool:
-    """Compare as booleans if both are true, false, 1 or 0, else as numbers if both are, else as texts."""
+    """Compare two texts: as booleans if both are true, false, 1 or 0, else as numbers, else as texts."""
     words = {'true': True, '1': True, 'false': False, '0': False}
     booleans = words.get(left.lower()), words.get(right.lower())
     if None not in booleans:

@@ -1,4 +1,4 @@
-"""Arguments on the command line that no file of a launch uses, such as `spede:=2` for `speed`."""
+"""Warns of arguments on the command line that no launch file uses, such as `spede:=2` for `speed`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from goalwire.launching.sources import (
 OF_LAUNCH = frozenset(
     {'emulate_tty', 'launch-prefix', 'launch-prefix-filter', 'sigkill_timeout', 'sigterm_timeout'}
 )
-"""Launch configurations that launch reads itself."""
+"""The launch configurations that launch itself reads."""
 _DEEPEST = 20
 
 
@@ -53,7 +53,7 @@ def _sentence(name: str, known: list[str]) -> str:
 
 
 def _texts(path: str, description: LaunchDescription, depth: int) -> list[str] | None:
-    """Return the texts of a file and of those that it includes, None if one is in Python or unknown."""
+    """Return the texts of a file and of its includes; None if one of these is in Python, or unreadable."""
     text = read_regular(path, LARGEST).decode(errors='replace')
     if 'def generate_launch_description' in text:
         return None

@@ -10,9 +10,9 @@ from typing import Any
 from goalwire.launching.model import LaunchContext, LaunchDescriptionEntity, Substitution, visit_tree
 
 SomeSubstitutionsType_types_tuple = (str, Substitution, collections.abc.Iterable)
-"""The types behind SomeSubstitutionsType, for isinstance()."""
+"""The types that SomeSubstitutionsType stands for, as a tuple for isinstance()."""
 SomeEntitiesType_types_tuple = (LaunchDescriptionEntity, collections.abc.Iterable)
-"""The types behind SomeEntitiesType, for isinstance()."""
+"""The types that SomeEntitiesType stands for, as a tuple for isinstance()."""
 
 
 def ensure_argument_type(
@@ -32,12 +32,12 @@ def is_a(obj: Any, entity_type: type) -> bool:
 
 
 def is_a_subclass(obj: Any, entity_type: type) -> bool:
-    """Return whether an object is an instance of a type, or a class derived from it."""
+    """Return whether an object is an instance of a type, or is a class derived from the type."""
     return isinstance(obj, entity_type) or (isinstance(obj, type) and issubclass(obj, entity_type))
 
 
 def isclassinstance(obj: object) -> bool:
-    """Return whether an object is not a class."""
+    """Return whether an object is an instance, and not itself a class."""
     return not isinstance(obj, type)
 
 

@@ -16,17 +16,17 @@ def is_typing_list(data_type: object) -> bool:
 
 
 def is_valid_scalar_type(data_type: object) -> bool:
-    """Say whether a type is int, float, bool or str."""
+    """Return whether a type is int, float, bool or str."""
     return data_type in SCALARS
 
 
 def is_normalized_substitution(value: object) -> bool:
-    """Say whether a value is a list that holds only substitutions."""
+    """Return whether a value is a list that contains only substitutions."""
     return isinstance(value, list) and all(isinstance(item, Substitution) for item in value)
 
 
 def is_instance_of_valid_type(value: object, *, can_be_str: bool = False) -> bool:
-    """Say whether a value is a scalar or a list of scalars of one type.
+    """Return whether a value is a scalar or a list of scalars of one type.
 
     With `can_be_str` the list may also have texts in it, since a text may hold a substitution.
     """
@@ -39,7 +39,7 @@ def is_instance_of_valid_type(value: object, *, can_be_str: bool = False) -> boo
 
 
 def is_instance_of(value: object, data_type: object = None, *, can_be_str: bool = False) -> bool:
-    """Say whether a value is of a type; an int is not a float here. Raises ValueError for an unknown type."""
+    """Return whether a value is of a type; an int is no float here. Raises ValueError for unknown types."""
     if data_type is None:
         return is_instance_of_valid_type(value, can_be_str=can_be_str)
     scalar, many = scalar_type(data_type)
@@ -50,7 +50,7 @@ def is_instance_of(value: object, data_type: object = None, *, can_be_str: bool 
 
 
 def coerce_list(value: list[str], data_type: object = None, can_be_str: bool = False) -> list[Any]:
-    """Convert several texts to one type. Raises ValueError, and TypeError unless it is a list of texts."""
+    """Convert a list of texts to one type. Raises ValueError, and TypeError for anything but such a list."""
     if not _is_list_of_texts(value):
         raise TypeError(f'expected a list of strings, got {value!r:.100}')
     found = [coerce_to_type(item, data_type, can_be_str) for item in value]

@@ -19,7 +19,7 @@ SCALARS = (bool, int, float, str)
 
 
 class TextSubstitution(Substitution):
-    """A plain text as a substitution."""
+    """A substitution whose result is a fixed text."""
 
     def __init__(self, *, text: str) -> None:
         if not isinstance(text, str):
@@ -38,7 +38,7 @@ class TextSubstitution(Substitution):
 
 
 def normalize_to_list_of_substitutions(subs: SomeSubstitutions) -> list[Substitution]:
-    """Return a text, a substitution or several of both as a list of substitutions. Raises TypeError."""
+    """Make a list of substitutions from a text, a substitution, or several of both. Raises TypeError."""
     if isinstance(subs, str | Path | Substitution):
         return [_substitution(subs)]
     if isinstance(subs, Iterable):
@@ -68,7 +68,7 @@ def describe_text(some: SomeSubstitutions) -> str:
 
 
 def is_substitution(value: object) -> bool:
-    """Return whether this is a substitution, or a list of texts with at least one substitution in it."""
+    """Return whether a value is a substitution, or a list of texts and at least one substitution."""
     if isinstance(value, Substitution):
         return True
     return (
@@ -80,7 +80,7 @@ def is_substitution(value: object) -> bool:
 
 
 def scalar_type(data_type: object) -> tuple[Any, bool]:
-    """Return (int, False) for `int`, (int, True) for `List[int]`. Raises ValueError for unknown types."""
+    """Return scalar type and is-list: (int, True) for `List[int]`. Raises ValueError for unknown types."""
     inner = typing.get_args(data_type)
     if typing.get_origin(data_type) is list and inner and inner[0] in SCALARS:
         return inner[0], True
@@ -90,7 +90,7 @@ def scalar_type(data_type: object) -> tuple[Any, bool]:
 
 
 def coerce_to_type(value: str, data_type: object = None, can_be_str: bool = False) -> Any:
-    """Convert a text to a type, or by YAML's rules if no type is given.
+    """Convert a text to a type; without a type, convert it by YAML's rules.
 
     With `can_be_str` a text that does not fit stays a text: it may hold a substitution. Raises ValueError.
     """
@@ -155,7 +155,7 @@ def _is_of(value: object, kinds: tuple[type, ...]) -> bool:
 
 
 def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
-    """Return the value if it has the type, or the substitutions that will give the value.
+    """Return the value if it has the given type, or as substitutions that will evaluate to it.
 
     Raises TypeError for other objects.
     """
@@ -180,7 +180,7 @@ _EXAMPLES = {int: '3', float: '1.5', bool: 'true', str: "'a'"}
 
 
 def _misfit(value: object, scalar: Any, *, many: bool = False) -> BadLaunchValueError:
-    """Return the error for a value that is not of a type; it shows an example."""
+    """Return the error for a value that does not have a type; its text has an example value."""
     example, kind = _EXAMPLES[scalar], scalar.__name__
     if many:
         example, kind = f'[{example}, {example}]', f'list of {kind}'
@@ -196,7 +196,7 @@ def _plain(item: object, scalar: Any) -> object:
 
 
 def perform_typed_substitution(context: LaunchContext, value: Any, data_type: object = None) -> Any:
-    """Evaluate a value normalized by normalize_typed_substitution(). Raises ValueError for another type."""
+    """Evaluate a value from normalize_typed_substitution(). Raises ValueError if its type is wrong."""
     if isinstance(value, list) and is_substitution(value):
         return coerce_to_type(perform_substitutions(context, value), data_type)
     if isinstance(value, list):

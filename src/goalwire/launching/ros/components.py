@@ -1,4 +1,4 @@
-"""Composable nodes, as launch files describe them: classes that a container process loads."""
+"""Composable nodes as launch files describe them: node classes that a container process loads."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class ComposableNode:
         return self._condition
 
     def describe(self) -> str:
-        """Return package and plugin as a short text."""
+        """Return the component's package and plugin as a short text."""
         return f'{describe_text(self._package)} {describe_text(self._plugin)}'
 
 

@@ -1,4 +1,4 @@
-"""Containers of components, and loading components into them.
+"""Starts containers of components, and loads components into them.
 
 A container of C++ components is a program of ROS 2. Without a sourced ROS 2 it is missing: its C++ components
 are skipped with one warning, and its Python components run in the container of `rclpy_components`.
@@ -29,7 +29,7 @@ from goalwire.launching.ros.own_node import LaunchNode
 from goalwire.launching.values import describe_text, normalize_to_list_of_substitutions, perform_text
 
 PATIENCE_S = 5.0
-"""Seconds until the launch warns that a container does not answer."""
+"""The seconds after which the launch warns that a container does not answer."""
 PYTHON_CONTAINER = [sys.executable, '-m', 'rclpy_components.component_container']
 
 
@@ -75,7 +75,7 @@ class ComposableNodeContainer(Node):
         return loading(self.composable_node_descriptions, self)
 
     def _load_python(self, context: LaunchContext, error: LaunchError) -> list[LaunchDescriptionEntity]:
-        """Log the components that are skipped, and return the action that loads those in Python."""
+        """Warn which C++ components are skipped, and return the action that loads the Python components."""
         python, others = divide(context, self.composable_node_descriptions)
         if others or not python:
             which = ', '.join(_plugin(context, item) for item in others)
@@ -91,14 +91,14 @@ class ComposableNodeContainer(Node):
 def divide(
     context: LaunchContext, components: Iterable[ComposableNode]
 ) -> tuple[list[ComposableNode], list[ComposableNode]]:
-    """Return the components in Python and those in C++, without those whose conditions are false."""
+    """Return Python components and C++ components, both without components whose condition is false."""
     wanted = [item for item in components if (held := item.condition()) is None or held.evaluate(context)]
     python = [item for item in wanted if _is_python(context, item)]
     return python, [item for item in wanted if item not in python]
 
 
 def stand_in(context: LaunchContext, container: Node) -> None:
-    """Start goalwire's container for Python components instead of a skipped container; only once."""
+    """In place of a skipped container, start goalwire's container for Python components, once."""
     if container.process_details is None:
         container.start(context, PYTHON_CONTAINER)
 
@@ -179,7 +179,7 @@ class LoadComposableNodes(Action):
         return None
 
     def _loadable(self, context: LaunchContext, skipped: Node | None) -> list[ComposableNode]:
-        """Return the components to load: only those in Python if the C++ container was skipped."""
+        """Return the components to load: only Python components if the C++ container was skipped."""
         if skipped is None or self._target is skipped:
             return self.composable_node_descriptions
         python, others = divide(context, self.composable_node_descriptions)
@@ -205,7 +205,7 @@ def _describe(components: Iterable[ComposableNode]) -> list[str]:
 async def _load(context: LaunchContext, container: str, requests: list[Any]) -> None:
     """Wait for a container, and ask it to load components in order.
 
-    If the container refuses one, this still loads the others.
+    If the container refuses a component, the others are still loaded.
     """
     from composition_interfaces.srv import LoadNode
 

@@ -1,6 +1,6 @@
-"""Managed nodes in a launch: their transitions as events, and asking for transitions.
+"""Managed nodes in a launch: events for their transitions, and actions that request transitions.
 
-The launch's own node hears each managed node's ~/transition_event and calls its ~/change_state.
+The launch's own node subscribes to each managed node's ~/transition_event and calls its ~/change_state.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _WAY = {
 
 
 class ChangeState(Event):
-    """Asks the matching managed nodes to make a transition."""
+    """An event that asks the matching managed nodes to make a transition."""
 
     name = 'launch_ros.events.lifecycle.ChangeState'
     valid_transitions = TRANSITIONS
@@ -68,7 +68,7 @@ class ChangeState(Event):
 
 
 class StateTransition(Event):
-    """A managed node has changed its state; `msg` is the TransitionEvent."""
+    """The event that a managed node has changed its state; `msg` is the received TransitionEvent."""
 
     name = 'launch_ros.events.lifecycle.StateTransition'
 
@@ -100,7 +100,7 @@ def matches_node_name(node_name: str) -> Callable[[Any], bool]:
 
 
 class OnStateTransition(EventHandler):
-    """Answers a change of state of one managed node, or of any."""
+    """Handles changes of state of one managed node, or of any."""
 
     def __init__(
         self,
@@ -133,7 +133,7 @@ class OnStateTransition(EventHandler):
 
 
 async def _hear(own: LaunchNode, action: LifecycleNode, ready: asyncio.Future[Any]) -> None:
-    """Emit an event for each message of a node's ~/transition_event. Set `ready` once subscribed."""
+    """Emit an event for each message on a node's ~/transition_event. Complete `ready` once subscribed."""
     from lifecycle_msgs.msg import TransitionEvent
 
     try:
@@ -150,7 +150,7 @@ async def _hear(own: LaunchNode, action: LifecycleNode, ready: asyncio.Future[An
 async def _change(
     own: LaunchNode, action: LifecycleNode, transition: int, ready: asyncio.Future[Any]
 ) -> None:
-    """Wait for a node, and ask it to make a transition."""
+    """Wait for a managed node, and ask it to make a transition."""
     from lifecycle_msgs.srv import ChangeState as Service
 
     transitions = await asyncio.shield(ready)
@@ -160,7 +160,7 @@ async def _change(
     what = f"Failed to make transition '{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
     try:
         await client.wait_for_server()
-        await transitions.wait_for_publishers()  # so that no transition is missed
+        await transitions.wait_for_publishers()  # so that its event is not missed
         response = await client.call(request)
     except CallError as error:
         get_logger('launch_ros').error(f'{what}: {error}')
@@ -171,7 +171,7 @@ async def _change(
 
 @expose_action('lifecycle_node')
 class LifecycleNode(Node):
-    """Runs a managed node. It emits StateTransition events and answers ChangeState events."""
+    """Runs a managed node. Its transitions become StateTransition events; ChangeState events request them."""
 
     def __init__(
         self,
@@ -255,7 +255,7 @@ class LifecycleNode(Node):
 
 @expose_action('lifecycle_transition')
 class LifecycleTransition(Action):
-    """Takes managed nodes through transitions. Each transition begins when the one before has ended."""
+    """Takes managed nodes through a sequence of transitions; each begins when the previous one has ended."""
 
     def __init__(
         self,
@@ -337,4 +337,4 @@ class LifecycleTransition(Action):
             )
         )
         first, *others = [RegisterEventHandler(handler) for handler in handlers]
-        return [first, asks[0], *others]  # events are handled later, after all of these
+        return [first, asks[0], *others]  # asks[0] only queues an event, so `others` are registered in time

@@ -1,4 +1,4 @@
-"""The requests that ask a container to load components."""
+"""Makes the requests that ask a container to load components."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def get_composable_node_load_request(
 ) -> Any:
     """Return the LoadNode.Request for a component, or None if its condition does not hold.
 
-    It includes the names, remappings and parameters set for the scope. Raises LaunchError.
+    The request includes the namespace, remappings and parameters set in the scope. Raises LaunchError.
     """
     from composition_interfaces.srv import LoadNode
 

@@ -18,7 +18,7 @@ def is_namespace_absolute(ns: str) -> bool:
 
 
 def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
-    """Put a base before a relative namespace; return an absolute namespace unchanged. Either may be None."""
+    """Put `base` before a relative namespace; return an absolute one unchanged. Both may be None."""
     if base_ns is None or ns is None:
         return base_ns if ns is None else ns
     if is_namespace_absolute(ns) or not base_ns:
@@ -40,6 +40,6 @@ def make_namespace_absolute(ns: str | None) -> str | None:
 
 
 def join_namespace(base: str | None, own: str | None) -> str | None:
-    """Join both and make the result absolute; None if both are None."""
+    """Join a base and a namespace, and make the result absolute; None if both are None."""
     joined = prefix_namespace(base, own)
     return None if joined is None else make_namespace_absolute(joined.rstrip('/'))

@@ -36,7 +36,7 @@ from goalwire.rules.names import validate_namespace, validate_node_name
 
 
 class _NameRule(Substitution):
-    """A remapping rule for a node's name or namespace, which are evaluated later than the command."""
+    """A remapping rule for a node's name or namespace; the name is evaluated later than the command."""
 
     def __init__(self, key: str, value: Callable[[], str]) -> None:
         self._key = key
@@ -123,7 +123,7 @@ class Node(ExecuteProcess):
             arguments['parameters'] = parse_parameters(parameters, parser)
         return cls, arguments
 
-    # --- what others read
+    # --- read by users
 
     @property
     def node_package(self) -> SomeSubstitutions | None:
@@ -131,7 +131,7 @@ class Node(ExecuteProcess):
 
     @property
     def given_parameters(self) -> list[Any]:
-        """The parameters as the launch file gives them: mappings, files, paths."""
+        """The node's parameters, not yet evaluated, as the launch file gives them: mappings, files, paths."""
         return self._parameters
 
     @property
@@ -140,7 +140,7 @@ class Node(ExecuteProcess):
 
     @property
     def node_name(self) -> str:
-        """The full name, with placeholders for missing parts. Raises LaunchError before execution."""
+        """The node's full name, with placeholders for missing parts. Raises LaunchError before execution."""
         if self._full_name is None:
             raise LaunchError("'node_name' is known once the action is executed")
         return self._full_name
@@ -167,7 +167,7 @@ class Node(ExecuteProcess):
             parts.append(f'namespace={describe_text(self._namespace)}')
         return f'{type(self).__name__}({", ".join(parts)})'
 
-    # --- carrying it out
+    # --- execution
 
     def execute(self, context: LaunchContext) -> Any:
         if not context.is_shutdown and self._is_missing_container(context):
@@ -178,7 +178,7 @@ class Node(ExecuteProcess):
         return self.start(context)
 
     def start(self, context: LaunchContext, program: list[str] | None = None) -> Any:
-        """Start the process; `program` replaces the program of the launch file."""
+        """Start the node's process; `program` replaces the program that the launch file names."""
         if program is not None:
             self.cmd[:1] = [normalize_to_list_of_substitutions(word) for word in program]
         self._perform_substitutions(context)
@@ -189,11 +189,11 @@ class Node(ExecuteProcess):
         return done
 
     def may_lack_program(self, context: LaunchContext) -> bool:
-        """Return whether the launch may continue without the program, as it does for C++ containers."""
+        """Return whether a missing program is only skipped, as that of C++ containers is."""
         return self._is_missing_container(context)
 
     def _is_missing_container(self, context: LaunchContext) -> bool:
-        """Return whether this runs ROS 2's container for C++ components and that is not installed."""
+        """Return whether the program is ROS 2's container for C++ components, and is not installed."""
         if self._package is None or perform_text(context, self._package) != CPP_CONTAINERS:
             return False
         try:
@@ -203,7 +203,7 @@ class Node(ExecuteProcess):
         return False
 
     def expand_names(self, context: LaunchContext) -> None:
-        """Evaluate name and namespace, once. Raises LaunchError for names that ROS 2 does not allow."""
+        """Evaluate the node's name and namespace, once. Raises LaunchError for names that ROS 2 forbids."""
         if self._full_name is not None:
             return
         try:
@@ -220,7 +220,7 @@ class Node(ExecuteProcess):
         self._full_name = f'{self._expanded_namespace.rstrip("/")}/{self._expanded_name}'
 
     def _perform_substitutions(self, context: LaunchContext) -> None:
-        """Evaluate the names, and append the ROS arguments to the command; only once."""
+        """Evaluate the node's names, and append its ROS arguments to the command; only once."""
         if self._has_ros_arguments:
             return
         self.expand_names(context)

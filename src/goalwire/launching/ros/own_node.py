@@ -18,7 +18,7 @@ _GLOBAL = 'launch_node'
 
 
 class LaunchNode:
-    """A node, its clients, and the tasks that use them."""
+    """The launch's node, its clients, and the tasks that use them."""
 
     def __init__(self, context: LaunchContext) -> None:
         self.context = context
@@ -68,7 +68,7 @@ class LaunchNode:
         return task
 
     async def close(self) -> None:
-        """Cancel the tasks that use the node, and close it."""
+        """Cancel the tasks that use the node, and close the node."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -76,4 +76,4 @@ class LaunchNode:
         await self._life
         self.context.remove_globals([_GLOBAL])
         if self._node.done() and not self._node.cancelled():
-            self._node.exception()  # marks the error as retrieved: callers of opened() got it
+            self._node.exception()  # asyncio shall not log the error as unretrieved

@@ -1,4 +1,4 @@
-"""Converts evaluated parameters to the list that a request to a component container has."""
+"""Converts evaluated parameters to the list of parameters in a request to a component container."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def to_parameters_list(
 
 
 def values_for_node(context: LaunchContext, path: Path, full_name: str) -> dict[str, Any]:
-    """Return the parameters of a file for one node. An exact name takes precedence over `/**`."""
+    """Return a file's parameters for one node. The node's exact name takes precedence over `/**`."""
     try:
         content = yaml.safe_load(read_regular(str(path), LARGEST_PARAMETER_FILE))
     except OSError as error:

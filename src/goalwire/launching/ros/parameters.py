@@ -1,4 +1,4 @@
-"""Parameters as launch files write them, and as nodes get them.
+"""Evaluates parameters from what launch files contain to what nodes get.
 
 Values are Python values, substitutions, lists and nested mappings. As in launch_ros, the text of a
 substitution is parsed by YAML's rules; a plain string in the launch file stays a string.
@@ -39,7 +39,7 @@ _NO_SEQUENCE = (
 
 
 class ParameterValue:
-    """A parameter's value with a given type, for example for the result of a substitution."""
+    """A parameter's value whose type is given, for example because a substitution gives the value."""
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
         self._value = normalize_typed_substitution(value, value_type)
@@ -48,7 +48,7 @@ class ParameterValue:
 
     @property
     def value(self) -> Any:
-        """The value in the launch file; after evaluate() the result."""
+        """The value as in the launch file; after evaluate() the evaluated value."""
         return self._value if self._evaluated is None else self._evaluated
 
     @property
@@ -56,7 +56,7 @@ class ParameterValue:
         return self._value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
-        """Evaluate the value. Raises BadLaunchValueError if it is not of the type."""
+        """Evaluate the value. Raises BadLaunchValueError if it does not have the given type."""
         if self._value_type is None and is_substitution(self._value):
             found = by_yaml(perform_substitutions(context, self._value))
             self._evaluated = list(found) if isinstance(found, tuple) else found
@@ -78,7 +78,7 @@ class Parameter:
 
     @property
     def name(self) -> list[Substitution] | str:
-        """The name in the launch file; after evaluate() the result."""
+        """The name as in the launch file; after evaluate() the evaluated name."""
         return self._name if self._evaluated_name is None else self._evaluated_name
 
     @property
@@ -95,7 +95,7 @@ class Parameter:
 
 
 class ParameterFile:
-    """A parameter file; with `allow_substs` the $(…) in it are evaluated first."""
+    """A parameter file; with `allow_substs` the substitutions $(…) in the file are evaluated first."""
 
     def __init__(
         self, param_file: SomeSubstitutions, *, allow_substs: bool | SomeSubstitutions = False
@@ -135,7 +135,7 @@ class ParameterFile:
         return self._written
 
     def cleanup(self) -> None:
-        """Remove the file that evaluate() has written. Otherwise the end of the launch removes it."""
+        """Remove the file that evaluate() has written, before the end of the launch would remove it."""
         if self._written is not None:
             self._written.unlink(missing_ok=True)
             self._evaluated = self._written = None
@@ -144,7 +144,7 @@ class ParameterFile:
 def write_temporary(context: object, text: str) -> Path:
     """Write a parameter file that is removed when the launch has ended.
 
-    The mock context of a test never ends: then the caller has to remove the file.
+    With a mock context in a test, no launch ends, so the caller has to remove the file.
     """
     folder = _temporary_folder(context) if isinstance(context, LaunchContext) else None
     descriptor, path = tempfile.mkstemp(prefix='launch_params_', suffix='.yaml', dir=folder)
@@ -154,7 +154,7 @@ def write_temporary(context: object, text: str) -> Path:
 
 
 def _temporary_folder(context: LaunchContext) -> str:
-    """Return the launch's own folder of parameter files, made when it is first needed."""
+    """Return the folder of this launch's temporary parameter files, made when it is first needed."""
     globals_ = context.get_globals()
     folder = globals_.get('launch_params_folder')
     if folder is None:
@@ -170,7 +170,7 @@ def _temporary_folder(context: LaunchContext) -> str:
 
 
 def normalize_parameters(parameters: Any) -> tuple[Any, ...]:
-    """Turn the `parameters` of a launch file into files and mappings. Raises TypeError."""
+    """Turn a node's `parameters` in a launch file into ParameterFiles and mappings. Raises TypeError."""
     if isinstance(parameters, str | Mapping) or not isinstance(parameters, Sequence):
         raise TypeError(f'parameters are a list of mappings and of parameter files, not {parameters!r:.100}')
     return tuple(
@@ -196,7 +196,7 @@ def normalize_parameter_dict(parameters: Mapping[Any, Any]) -> dict[tuple[Substi
 
 
 def _check_named(name: Any, value: Any) -> Any:
-    """Return a value that may become a parameter. Raises BadLaunchValueError with the parameter's name."""
+    """Return the value if a parameter can have it. Raises BadLaunchValueError with the parameter's name."""
     try:
         return _check(value)
     except TypeError as error:
@@ -211,7 +211,7 @@ def _is_text(item: Sequence[Any]) -> bool:
 
 
 def _check(value: Any) -> Any:
-    """Return a value that may become a parameter. Raises TypeError for any other."""
+    """Return the value, prepared, if a parameter can have it. Raises TypeError for any other value."""
     if isinstance(value, bool | int | float | str | bytes | Path | Substitution | ParameterValue):
         return value
     if hasattr(value, 'tolist'):  # numpy scalars
@@ -224,7 +224,7 @@ def _check(value: Any) -> Any:
 
 
 def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tuple[Any, ...]:
-    """Evaluate normalized parameters to paths of files and mappings of full names to values.
+    """Evaluate normalized parameters: to paths of files, and to mappings from full names to values.
 
     Raises BadLaunchValueError for a value that no parameter can have.
     """
@@ -244,7 +244,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tu
 def evaluate_dictionary(
     context: LaunchContext, parameters: Mapping[Any, Any], prefix: str = ''
 ) -> dict[str, Any]:
-    """Evaluate a mapping to parameters by full names; nested names are joined, as in `arm.reach`."""
+    """Evaluate a mapping to values by full names; nested names are joined by a dot, as in `arm.reach`."""
     found: dict[str, Any] = {}
     for key, value in parameters.items():
         name = prefix + perform_text(context, key)
@@ -313,7 +313,7 @@ def _uniform(items: list[Any]) -> tuple[Any, ...]:
 
 
 def as_rule(name: str, value: Any) -> str:
-    """Return `name:=value` for the command line."""
+    """Return a parameter as `name:=value` for the command line, with the value as YAML."""
     text = yaml.safe_dump(value, default_flow_style=True, width=10**6).strip()
     return f'{name}:={text.removesuffix("...").strip()}'
 

@@ -14,7 +14,7 @@ RemapRule: TypeAlias = tuple[tuple[Substitution, ...], tuple[Substitution, ...]]
 
 
 def normalize_remap_rule(remap_rule: Any) -> RemapRule:
-    """Turn both sides of a rule into substitutions. Raises TypeError for anything but a pair."""
+    """Turn both sides of a remapping rule into substitutions. Raises TypeError for anything but a pair."""
     if not (isinstance(remap_rule, tuple) and len(remap_rule) == 2):
         raise TypeError(f"a remapping rule is a pair, as in ('from', 'to'), not {remap_rule!r:.100}")
     source, target = remap_rule
@@ -25,7 +25,7 @@ def normalize_remap_rule(remap_rule: Any) -> RemapRule:
 
 
 def normalize_remap_rules(remap_rules: SomeRemapRules | str) -> Iterable[RemapRule]:
-    """Turn several rules into substitutions. Raises TypeError for anything but pairs."""
+    """Turn several remapping rules into substitutions. Raises TypeError for anything but pairs."""
     if isinstance(remap_rules, str):
         raise TypeError(f"remappings are a list of pairs, as in [('from', 'to')], not {remap_rules!r:.100}")
     return [normalize_remap_rule(rule) for rule in remap_rules]

@@ -1,4 +1,4 @@
-"""Actions that set namespace, parameters and remappings for the nodes after them in the same scope."""
+"""Actions that set namespace, parameters and remappings for the nodes that follow in the same scope."""
 
 from __future__ import annotations
 

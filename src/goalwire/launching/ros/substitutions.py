@@ -1,4 +1,4 @@
-"""Substitutions that know ROS packages."""
+"""Substitutions for folders and programs of ROS packages, and for parameters."""
 
 from __future__ import annotations
 
