@@ -46,7 +46,7 @@ def offer_logger_services(node: NodeCore) -> None:
 
 
 def _get(request: GetLoggerLevels.Request, response: GetLoggerLevels.Response) -> GetLoggerLevels.Response:
-    """Answer with 0 for a logger without a level of its own; '' is the root."""
+    """Answer with the loggers' levels: 0 for a logger without a level of its own; '' is the root logger."""
     from rcl_interfaces.msg import LoggerLevel
 
     response.levels = [LoggerLevel(name=name, level=int(get_logger_level(name))) for name in request.names]
@@ -54,7 +54,7 @@ def _get(request: GetLoggerLevels.Request, response: GetLoggerLevels.Response) -
 
 
 def _set(request: SetLoggerLevels.Request, response: SetLoggerLevels.Response) -> SetLoggerLevels.Response:
-    """Set each level that there is; 0 returns a logger to the level of its ancestors."""
+    """Set the loggers' levels, except unknown levels; 0 gives a logger the level of its ancestors again."""
     from rcl_interfaces.msg import SetLoggerLevelsResult
 
     for wanted in request.levels:

@@ -60,7 +60,7 @@ class CallContext:
         """How often the request went out."""
         self.begun = self.context.shutdown_signal.clock.now()
         self.deadline: int | None = None
-        """On the context's steady clock, in ns; None if there is none."""
+        """The deadline in ns, on the context's steady clock; None if there is no deadline."""
         if timeout is not None and timeout != inf:
             try:
                 self.deadline = self.begun + max(timeout_ns(timeout), 0)

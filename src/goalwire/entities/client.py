@@ -163,7 +163,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         try:
             return future.result()
         finally:
-            del future  # break a reference cycle: its exception's traceback holds this frame
+            del future  # breaks a reference cycle: the exception's traceback holds this frame
 
     def _late_error(self, timeout_sec: float) -> CallError:
         served = self._port is not None and self.server_is_there()
@@ -195,9 +195,8 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         return self._server_wait.wait(timeout_sec)
 
     def report_unanswered(self, reason: str) -> None:
-        """Count a request that nobody will answer, and say so once for each of the first reasons.
-
-        Not at the end of the context: it is this side that goes then.
+        """Count a request that nobody will answer, and log that, once for each of the first reasons. At the
+        context's end nothing is logged: then this side has gone, not the server.
         """
         self.unanswered += 1
         if not self.node.context.ok() or reason in self._reported or len(self._reported) == REASONS_LIMIT:
@@ -230,7 +229,9 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         return self._port is None
 
     def destroy(self) -> None:
-        """Undeclare. Pending futures stay pending, as in ROS 2; those with a timeout fail. Idempotent."""
+        """Undeclare the client. Pending futures stay pending, as in ROS 2; those with a timeout fail.
+        Idempotent.
+        """
         if self._port is None:
             return
         self.node.disown(self)
@@ -239,7 +240,9 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
 
 class AwaitedCalls:
-    """The calls of one client that coroutines wait for, under any asyncio loop. Only its thread uses this."""
+    """The calls of one client that coroutines wait for, under any asyncio loop. Only the loop's thread may
+    use them.
+    """
 
     def __init__(self, client: ClientCore) -> None:
         self._client = client
@@ -249,7 +252,8 @@ class AwaitedCalls:
         """Send a request and wait for its response, for ever if nobody answers.
 
         Raises CancelledError if `cancel` is called meanwhile, DestroyedError for a destroyed client,
-        ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
+        ShutDownError at shutdown; TypeError and EncodeError for a request of a wrong type, or one that cannot
+        be encoded.
         """
         # imported here: asyncio is slow to import
         from asyncio import CancelledError
@@ -274,7 +278,7 @@ class AwaitedCalls:
         try:
             return future.result()
         finally:
-            del future  # break a reference cycle: its exception's traceback holds this frame
+            del future  # breaks a reference cycle: the exception's traceback holds this frame
 
     async def until_served(self) -> None:
         """Wait until there is a server. Raises InvalidHandle if the client is destroyed, ShutDownError."""
@@ -283,6 +287,6 @@ class AwaitedCalls:
             raise ShutDownError(f"no server of '{client.full_name}' came")
 
     def cancel(self) -> None:
-        """Cancel the calls that wait, whether somebody may still answer them or not."""
+        """Cancel the waiting calls, even if a server may still answer them."""
         for future in tuple(self._waiting):
             future.cancel()

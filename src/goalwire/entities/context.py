@@ -56,7 +56,7 @@ class Context:
         self._has_spun = False
         """Whether a thread has begun to spin without end, so that the program has made its nodes."""
         self.view: RobotView | None = None
-        """The robots that this context's nodes look at; None: everything. Set before the first node."""
+        """The robots of a fleet that this context's nodes see; None: all nodes. Set before the first node."""
         self._session: Session | None = None
         self._graph: Graph | None = None
         self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
@@ -195,7 +195,7 @@ class Context:
 
     def _tell_misspelt_overrides(self) -> None:
         """Log unused parameters that look misspelt: launch files may give others to nodes without them."""
-        may_grow = 'rclpy_components' in sys.modules  # nodes may be loaded at any time
+        may_grow = 'rclpy_components' in sys.modules  # further nodes may be loaded at any time
         use = None if may_grow or ends_early(has_spun=self._has_spun) else self.override_use
         for complaint in use.describe_misspelt() if use else ():
             logging.get_logger('rcl').warning(complaint)
@@ -234,7 +234,7 @@ class Context:
                     logging.release()
 
     def _end_in_child(self) -> None:
-        """End in a forked child. Session, threads and waiters are the parent's."""
+        """End the context in a forked child: the session, threads and waiters are the parent's."""
         self.shutdown_signal.end_in_child('shutdown')
         try:
             self._run_shutdown_callbacks()

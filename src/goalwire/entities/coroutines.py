@@ -1,4 +1,4 @@
-"""Coroutines that run another one and clean up after it, even if it never started."""
+"""Coroutines that run another coroutine and clean up after it, even if that one never started."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ class Answering(Coroutine[Any, Any, None]):
         self._on_cancel = on_cancel
 
     def send(self, value: Any) -> Any:
-        """Go on, as coroutines do."""
+        """Resume the inner coroutine, as every `send` does."""
         return self._step(self._callback.send, value)
 
     def throw(self, *error: Any) -> Any:
-        """Go on with an error, as coroutines do."""
+        """Raise an error in the inner coroutine, as `throw` of every coroutine does."""
         return self._step(self._callback.throw, *error)
 
     def close(self) -> None:
@@ -98,7 +98,7 @@ class Enclosing(Coroutine[Any, Any, None]):
         self._inner = tuple(inner)
 
     def send(self, value: Any) -> Any:
-        """Go on, as coroutines do."""
+        """Resume the inner coroutine, as every `send` does."""
         return self._outer.send(value)
 
     def throw(self, *error: Any) -> Any:

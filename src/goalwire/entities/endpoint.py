@@ -34,7 +34,7 @@ class EndpointPlaces:
         self._places: dict[tuple[EndpointKind, str], str] = {}
 
     def note(self, kind: EndpointKind, name: str) -> None:
-        """Note that the program's line that is running makes an endpoint of this full name."""
+        """Note the program's present line as the one that makes an endpoint of this full name."""
         if len(self._places) < self.MOST:
             self._places[kind, name] = caller_place()
 

@@ -97,7 +97,7 @@ class ServerWait:
         self._told = hint
 
     def _tell_silence(self) -> None:
-        """Say that no server has come yet, where it was looked for, and what in the graph is near."""
+        """Log that no server has come yet, where it was looked for, and which similar names the graph has."""
         from goalwire.places import at, caller_place
 
         context = self._node.context
@@ -118,7 +118,7 @@ class ServerWait:
 async def await_graph(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:
     """Wait, in a coroutine under any asyncio loop, until `predicate()` holds (True).
 
-    False if the context ends, or its steady clock shows `deadline`.
+    False if the context ends, or its steady clock reaches `deadline`.
     """
     from goalwire.execution.asyncio.waiting import AsyncWaiter
 

@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 WAIT_S = 3.0
 """How long, in s, to wait for a further message before the warning."""
 _DISCOVERY_NS = 2_000_000_000
-"""Once a publisher is this old, a subscription of another process that is discovered now must be new."""
+"""Once a publisher is older than this, in ns, a subscription that it discovers in another process is new."""
 _STARTUP_NS = 30_000_000_000
-"""For a publisher that keeps no messages: a subscription that comes within this time after it has come too
+"""Up to this age, in ns, a publisher that keeps no messages is warned if its first subscription comes too
 late.
 """
 _MOST = 1000

@@ -63,7 +63,7 @@ class NodeCore:
         self.clock = ROSClock(source=context.shutdown_signal.clock)
         """The node's clock: system time, or /clock under `use_sim_time`."""
         self.make_service: MakeService[Any]
-        """Makes the services that every node has, as services of its API. The API sets it."""
+        """Makes the services that every node has, as services of the node's API, which sets this function."""
         self.call_timeout: float | None = None
         """The time limit in s for calls of this node whose client gives none; None: the context's."""
         port = context.session.node(self.name)
@@ -142,7 +142,9 @@ class NodeCore:
 
     @property
     def override_use(self) -> OverrideUse | None:
-        """Gets the names of declared parameters; None if the process's arguments override none."""
+        """The watcher that gets the names of declared parameters; None if the process's arguments override
+        none.
+        """
         takes_them = self._arguments[1] is self.context.arguments
         return self.context.override_use if takes_them else None
 

@@ -15,7 +15,7 @@ and completes the future.
 
 Actions add to this in goalwire.entities.actions.requests. A subclass whose reply is more than a value
 overrides `on_reply` (`take_reply` says whether it is the first reply), `on_end`, `fail` and `discard`, which
-begin with `end()`. One that goes on listening for a while overrides `discard_request`. A subclass with
+begin with `end()`. A subclass that goes on listening for a while overrides `discard_request`. A subclass with
 `waits = False` is sent without waiting for a server.
 """
 
@@ -43,14 +43,14 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import ClientPort, Endpoint, Sample
 
 PENDING_LIMIT = 10_000
-"""Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak if nobody
+"""How many calls of one client may wait for their answers. ROS 2 has no limit, and its clients leak if nobody
 answers."""
 
 MARGIN_S = 1.0
-"""How much longer than the caller the wire waits, so that the caller's deadline comes first."""
+"""How much longer, in s, than the caller the wire waits, so that the caller's deadline comes first."""
 
 REASONS_LIMIT = 10
-"""Different reasons for missing answers that one client logs: servers choose their words."""
+"""How many different reasons for missing answers one client logs: servers choose their words."""
 
 NO_REASON = 'there is none, or it went away'
 
@@ -89,7 +89,7 @@ class PendingCall(Future[Any]):
     sent_ns: int
     """When the request was sent last, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
     call_context: CallContext | None = None
-    """The call's deadline, and the facts for its errors; None: it stays pending if nobody answers."""
+    """The call's deadline, and the facts for its errors; None: the future stays pending if nobody answers."""
     waits = True
     """Whether a call with a context waits for a server. Else it is sent at once."""
     was_sent = False
@@ -125,7 +125,8 @@ class PendingCall(Future[Any]):
         self.call_context, self.encoded = call_context, payload
         if client.retries is not None:
             self._attempts = CallAttempts(client.retries, call_context, self.out_of_patience, self.resume)
-        client.timed[self] = None  # before the look at the signal: the end sets it, then looks in `timed`
+        # Before the look at the signal: the context's end sets the signal, then looks in `timed`
+        client.timed[self] = None
         if deadline is None and not client.watches_end:
             client.watch_end()
         if not context.shutdown_signal.alive:  # else the alarm would fail a future that nobody has yet

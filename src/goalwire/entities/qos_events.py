@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class _FromGraph(NamedTuple):
-    """The events of an endpoint that come from the graph."""
+    """The events that an endpoint gets from the graph."""
 
     matched: EventType
     incompatible_qos: EventType

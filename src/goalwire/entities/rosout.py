@@ -50,7 +50,7 @@ class LoggingNode(InGraph, Protocol):
         """Return the fully-qualified name of a topic."""
 
     def own(self, entity: _Outlet) -> None:
-        """Destroy `entity` together with the node."""
+        """Register `entity`, which is then destroyed together with the node."""
 
     def disown(self, entity: _Outlet) -> None:
         """Forget an entity that destroys itself."""

@@ -32,7 +32,7 @@ USE_SIM_TIME_NAME = 'use_sim_time'
 
 
 class TimeSourceCore:
-    """Sets the clocks that are attached to it, and switches them all."""
+    """Sets the attached clocks, and switches all of them between /clock and system time."""
 
     def __init__(self) -> None:
         self._clocks: list[ROSClock] = []

@@ -201,8 +201,7 @@ def _refuse_instance(given: object) -> None:
 
 
 def check_for_type_support(msg_or_srv_type: type) -> None:
-    """Raise AttributeError for anything but a message, service or action class.
-
+    """Raise AttributeError for anything but a message, service or action class. Raises
     NoTypeSupportImportedException for a class that looks like one and has no type support. The classes of an
     installed ROS 2 need no compiled type support here.
     """

@@ -35,7 +35,7 @@ class NodeOfProgram(Protocol):
 
     @property
     def logger_name(self) -> str:
-        """The name of its logger."""
+        """The name of the node's logger."""
 
 
 class UnspunNode:

@@ -47,7 +47,7 @@ class Acceptances:
             _complete(call, payload)
 
     def complete_waiting(self) -> None:
-        """Complete the futures that wait for a turn of the executor: a thread blocks, so none might come."""
+        """Complete the futures that wait for the executor: a thread blocks, so its turn might never come."""
         while (answer := self._waiting.take()) is not None:
             _complete(*answer)
 

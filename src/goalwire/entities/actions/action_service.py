@@ -36,7 +36,7 @@ class ActionService(RequestServer, Introspected):
 
 
 class ReportedRequest(Request):
-    """A request that reports its arrival and its answer."""
+    """A request that reports its arrival and its answer to recorders."""
 
     __slots__ = ('_introspection', '_request', 'sample')
 

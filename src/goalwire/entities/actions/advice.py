@@ -41,7 +41,7 @@ class ActionAdvice:
             )
 
     def on_end(self, handle: ServerGoalHandle | None, callbacks: ActionCallbacks, outcome: object) -> None:
-        """Look at a goal whose execute callback has returned."""
+        """Check a goal whose execute callback has returned."""
         if handle is None:
             return
         execute = handle.executed_by or callbacks.execute

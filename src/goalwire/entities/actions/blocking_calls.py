@@ -63,7 +63,7 @@ class BlockingCalls:
         try:
             return future.result()
         finally:
-            del future  # break a reference cycle: its exception's traceback holds this frame
+            del future  # breaks a reference cycle: the exception's traceback holds this frame
 
     def _refuse_after_the_end(self) -> NoReturn:
         if self._client.destroyed:

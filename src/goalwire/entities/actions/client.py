@@ -74,7 +74,7 @@ class ActionClientCore(TimedCalls):
         self.name = name
         self.destroyed = False
         self.goals: GoalClient[ResultFuture, Payload] = GoalClient()
-        """The rules, and the record of each goal."""
+        """The reactor: the rules, and the record of each goal."""
         self.blocking = BlockingCalls(self)
         self.lock = Lock()
         """Guards `goals`: the rules take no lock themselves."""
@@ -279,7 +279,7 @@ class ActionClientCore(TimedCalls):
         """Ask for cancellation, and ignore the server's answer."""
         with suppress(ClosedError):
             asked = self.cancel_goal(goal_id, call_context=self._new_context(LATE_S))
-            asked.add_waker(lambda: cast('None', asked.exception()))  # read it, or a warning follows
+            asked.add_waker(lambda: cast('None', asked.exception()))  # read the error, or a warning follows
 
     # -- waiting -------------------------------------------------------------------------------------------
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import Sample
 
 FEEDBACK_LIMIT = 1000
-"""Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
+"""How many feedback messages may wait for one goal's callback; the oldest is dropped and counted."""
 
 
 class AnswerWaiting(Protocol):
@@ -57,7 +57,7 @@ class GoalSending(Protocol):
         """The calls of this client that block a thread."""
 
     def goal(self, goal_id: GoalId) -> ClientGoal[Any]:
-        """Return the record of a goal; a new one, of an UNKNOWN goal, if there is none."""
+        """Return the record of a goal; if there is none, a new record with the status UNKNOWN."""
 
     def cancel_goal(self, goal_id: GoalId, *, asked_at: str = '') -> Future[Any]:
         """Ask for cancellation; see ActionClientCore."""

@@ -65,7 +65,7 @@ class GoalResults:
         self._client = client
         self._requests = requests
         self.latencies = Latencies()
-        """The times from goals to their results."""
+        """The times from the sending of goals to their results."""
 
     def ask(self, goal_id: GoalId, call_context: CallContext | None) -> ResultFuture:
         """Return a future for a goal's result: it gives the action's GetResult response."""
@@ -155,7 +155,7 @@ class GoalResults:
             self._client.arrivals.deliver(None)
 
     def fail(self, future: ResultFuture, error: Exception) -> None:
-        """Fail one waiting future if it has a context; else it stays pending, as in ROS 2."""
+        """Fail one waiting future if it has a call context; else it stays pending, as in ROS 2."""
         call_context = future.call_context
         if call_context is None or not future.pending():
             return

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 
 class ClientWatch:
-    """Calls the server back, on an executor's thread. It does not keep the server alive."""
+    """Calls the action server back when a client goes, on an executor's thread. Does not keep the server
+    alive.
+    """
 
     def __init__(
         self,
@@ -53,7 +55,7 @@ class ClientWatch:
         return not self._grace_ns and client in self._watches[0]
 
     def _note(self, client: bytes) -> None:
-        """Note that a client has gone. On the graph's thread."""
+        """Note that a client has gone. Runs on the graph's thread."""
         self._later(self._begin if self._grace_ns else self._lost, client)
 
     def _begin(self, client: bytes) -> None:

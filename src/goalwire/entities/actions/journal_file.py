@@ -58,7 +58,8 @@ class JournalFile:
     """
 
     def __init__(self, settings: GoalJournal) -> None:
-        """Open or make the file. Goals that an earlier process did not end count as begun, then died.
+        """Open or make the file. Goals that an earlier process did not end count as begun when their server
+        died.
 
         Raises JournalError if the file cannot be opened, or another process has it.
         """
@@ -99,12 +100,12 @@ class JournalFile:
     # -- goals ---------------------------------------------------------------------------------------------
 
     def find(self, goal_id: GoalId) -> Future[KnownGoal | None]:
-        """Return what is known of a goal; None if this journal never had it."""
+        """Return what is known of a goal; None if this journal never had the goal."""
         return self._post(lambda: self._find(goal_id))
 
     def begin(self, goal_id: GoalId) -> Future[bool]:
-        """Write that a goal is accepted, before it is executed. If the journal has its id, write nothing:
-        False.
+        """Write that a goal is accepted, before it is executed. Return False, and write nothing, if the
+        journal has its id.
         """
         return self._post(lambda: self._begin(goal_id))
 

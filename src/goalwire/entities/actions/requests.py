@@ -44,7 +44,9 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import Payload, Sample
 
 LATE_S = 10.0
-"""How long a server may still accept a goal that nobody waits for any more. The goal is cancelled then."""
+"""How long, in s, a server may still accept a goal that nobody waits for any more. The goal is cancelled
+then.
+"""
 
 LATE_LIMIT = 1000
 """How many goals of one client may wait for a late acceptance."""
@@ -78,10 +80,10 @@ class ActionSide(Protocol):
         """Take a server's answer to a goal: accepted or refused."""
 
     def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
-        """Keep nothing of a goal that no server has accepted."""
+        """Drop the record of a goal that no server has accepted."""
 
     def cancel_quietly(self, goal_id: GoalId) -> None:
-        """Ask for cancellation, whatever the server says to that."""
+        """Ask for cancellation, and ignore the server's answer."""
 
 
 class ResultSide(Protocol):

@@ -140,7 +140,7 @@ class ActionServerCore:
     # -- the reactor, and what it decides ------------------------------------------------------------------
 
     def dispatch(self, event: Callable[..., Effects], *args: Any) -> Effects:
-        """Feed the reactor, perform its effects on the wire, return those that call the user."""
+        """Feed the reactor, perform its effects on the wire, return the effects that call the program."""
         asked: Effects = []
         is_posted = False
         with self._lock:
@@ -203,7 +203,7 @@ class ActionServerCore:
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
-        """Have a goal executed, in its turn; raises RCLError if its state does not allow that.
+        """Have the executor execute a goal, in its turn; raises RCLError if its state does not allow that.
 
         If neither the goal nor the server has an execute callback, the program executes the goal itself.
         """
@@ -225,7 +225,7 @@ class ActionServerCore:
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
         """Send a goal's feedback; raises TypeError for another type.
 
-        Once the server is destroyed nobody hears it: an execute callback may outlive its server.
+        Once the server is destroyed nothing is sent: an execute callback may outlive its server.
         """
         if not isinstance(feedback, self._feedback_class):
             raise TypeError(explain_wrong_message(self._feedback_class, feedback))

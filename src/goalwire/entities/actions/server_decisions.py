@@ -43,7 +43,7 @@ class DecidingServer(GoalServing, Protocol):
     """Logs mistakes in the program's callbacks."""
 
     def dispatch(self, event: Callable[..., Any], *args: Any) -> effect.ServerEffects[Request, bytes]:
-        """Feed the reactor, perform its effects on the wire, return those that call the user."""
+        """Feed the reactor, perform its effects on the wire, return the effects that call the program."""
 
     def end_goals_of(self, client: bytes) -> None:
         """Refuse, cancel or abort the goals of a client that has gone."""
@@ -128,14 +128,14 @@ class ServerDecisions:
         server = self._server
         if server.advice is not None and not isinstance(response, GoalResponse):
             server.advice.no_response(server.callbacks.goal, response, GoalResponse)
-        goal = server.reactor.deciding.get(goal_id)  # None: its client has gone, or the server was destroyed
+        goal = server.reactor.deciding.get(goal_id)  # None: its client or the server has gone
         handle = None if goal is None else ServerGoalHandle(server, goal, message)
         is_accepted = response is GoalResponse.ACCEPT
         asked = server.dispatch(server.reactor.on_goal_decision, goal_id, is_accepted, server.now(), handle)
         return handle if asked else None
 
     def on_cancel(self, request: Request, message: tuple[GoalId, int]) -> Coroutine[Any, Any, None] | None:
-        """Ask the program about a cancel request that has come: once for each goal that it means."""
+        """Ask the program about a cancel request that has come: once for each goal that it covers."""
         server = self._server
         goal_id, stamp_ns = message
         asked = server.dispatch(server.reactor.on_cancel_request, goal_id, stamp_ns, request, server.now())

@@ -61,9 +61,9 @@ class ActionCallbacks:
         self.accepted = accepted
         self.cancel = cancel
         self.failed = failed
-        """Gets the error that execute raised; may return a result to send along."""
+        """Called with the error that execute raised; may return a result to send along."""
         self.stopped_by_server = stopped_by_server
-        """Gets a goal that was cancelled or aborted by the server's own policy."""
+        """Called with a goal that the server's own policy has cancelled or aborted."""
 
 
 class Failure(NamedTuple):
@@ -90,7 +90,7 @@ class GoalServing(Protocol):
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
-        """Have a goal executed, in its turn."""
+        """Have the executor execute a goal, in its turn."""
 
     def begin_execution(self, handle: ServerGoalHandle) -> None:
         """Note that the program executes a goal itself."""
@@ -140,8 +140,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self.looked_at_cancel = False
         """Whether the program has asked `is_cancel_requested`."""
         self.cancel_alarm: TimerEntry | None = None
-        """Set when a cancellation is accepted: a warning follows if the program has not noticed it in
-        seconds.
+        """Set when a cancellation is accepted: a warning follows if the program misses it for seconds.
         """
         self._goal = (
             goal_info

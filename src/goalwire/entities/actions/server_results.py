@@ -99,7 +99,7 @@ class ServerResults:
             self._try_to_reply(request, ended.status, ended.result)
 
     def find(self, asked: FindResult[Request]) -> None:
-        """Answer a request for the result of a goal that does not run, from the journal."""
+        """Answer, from the journal, a request for the result of a goal that is not running."""
         assert self.journal is not None
         found = self.journal.find(asked.goal_id)
         found.add_done_callback(partial(self._tell, asked.request))

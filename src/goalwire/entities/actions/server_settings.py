@@ -1,4 +1,4 @@
-"""How an action server treats lost clients and its own restarts: settings of its program, or of parameters.
+"""How an action server treats lost clients and its own restarts: its program or parameters decide.
 
 Unmodified programs of rclpy cannot make these settings. So whoever starts them may, by node parameters:
 `-p action_servers.move_arm.journal:=/var/lib/robot/move_arm.goals`. The parameters win over the program's own
@@ -35,7 +35,8 @@ def make_goal_server(
     journal: str | Path | GoalJournal | None,
     **limits: int,
 ) -> GoalServer[Request, bytes]:
-    """Make the reactor of the action `name`, as the node's program calls it; parameters of the node win.
+    """Make the reactor of an action, which the program calls `name`; parameters of the node win over the
+    program.
 
     `limits` are further arguments of GoalServer. Raises TypeError and ValueError for wrong arguments of the
     program, RCLError for a wrong parameter.

@@ -77,7 +77,7 @@ class FeedbackMessage(Protocol[FeedbackT_co]):
 
 
 FeedbackMessageT = TypeVar('FeedbackMessageT', bound=FeedbackMessage[Any])
-"""For callbacks that are annotated with the action's own Impl.FeedbackMessage."""
+"""A type variable for callbacks that are annotated with the action's own Impl.FeedbackMessage."""
 
 
 def uuid_message(goal_id: GoalId) -> UUID:

@@ -146,7 +146,7 @@ class TransitionEvents:
         node.own(self)
 
     def publish(self, transition: Transition) -> None:
-        """Publish one step. Never raises: the transition counts, even if the wire has gone."""
+        """Publish one step of a transition. Never raises: the transition counts, even without the wire."""
         from lifecycle_msgs.msg import State, TransitionEvent
         from lifecycle_msgs.msg import Transition as TransitionMessage
 

@@ -78,7 +78,7 @@ def _check(descriptor: Described, where: str) -> Descriptor:
 
 
 def _type(name: str, value: object, descriptor: Descriptor) -> Type:
-    """Return the type that the parameter keeps."""
+    """Return the type that a declared parameter keeps."""
     if isinstance(value, Type):
         if value is Type.NOT_SET:
             raise ValueError(f'Cannot declare parameter {{{name}}} as statically typed of type NOT_SET')

@@ -121,7 +121,7 @@ class ParameterWatch:
         self.event_callbacks.remove(handle)
 
     def qualified(self, node_name: str) -> str:
-        """Return the full name of a node: '' is the own one, and a relative name is in its namespace."""
+        """Return the full name of a node: '' is this node; a relative name is in this node's namespace."""
         if not node_name:
             return self._node.qualified
         if node_name.startswith('/'):

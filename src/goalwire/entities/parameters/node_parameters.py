@@ -113,9 +113,9 @@ class NodeParameters(SetParametersCallbacks):
     def declare_parameters(
         self, namespace: str, parameters: Sequence[tuple[Any, ...]], ignore_override: bool = False
     ) -> list[Parameter]:
-        """Declare several, each `(name[, value[, descriptor]])`, under a namespace (may be '').
+        """Declare several parameters, each `(name[, value[, descriptor]])`, under a namespace (may be '').
 
-        Raises as declare_parameter does; those before the one that is refused stay declared.
+        Raises as declare_parameter does; parameters before the refused one stay declared.
         """
         return self._ros_declare(namespace, parameters, ignore_override)
 
@@ -192,7 +192,8 @@ class NodeParameters(SetParametersCallbacks):
     def get_parameter_type(self, name: str) -> int | Type:
         """Return the number of a parameter's type (rcl_interfaces/msg/ParameterType).
 
-        Type.NOT_SET for one that is allowed to be undeclared. Raises ParameterNotDeclaredException.
+        Type.NOT_SET for an undeclared parameter, if the node allows them. Raises
+        ParameterNotDeclaredException.
         """
         found = self._ros_parameters.get(name)
         if found is not None:
@@ -201,11 +202,11 @@ class NodeParameters(SetParametersCallbacks):
         return Type.NOT_SET
 
     def get_parameter_types(self, names: Sequence[str]) -> list[int | Type]:
-        """Return the types of several; raises as get_parameter_type does."""
+        """Return the types of several parameters; raises as get_parameter_type does."""
         return [self.get_parameter_type(name) for name in names]
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return a parameter's descriptor, an empty one for one that is allowed to be undeclared.
+        """Return a parameter's descriptor, an empty one for an undeclared parameter, if the node allows them.
 
         Raises ParameterNotDeclaredException.
         """
@@ -216,7 +217,7 @@ class NodeParameters(SetParametersCallbacks):
         return descriptor_message(descriptor)
 
     def describe_parameters(self, names: Sequence[str]) -> list[ParameterDescriptor]:
-        """Return the descriptors of several; raises as describe_parameter does."""
+        """Return the descriptors of several parameters; raises as describe_parameter does."""
         return [self.describe_parameter(name) for name in names]
 
     def list_parameters(self, prefixes: list[str], depth: int) -> ListParametersResult:
@@ -235,7 +236,7 @@ class NodeParameters(SetParametersCallbacks):
         """Set each parameter on its own; returns one rcl_interfaces/msg/SetParametersResult for each.
 
         A parameter without a value undeclares a dynamically typed one. Raises ParameterNotDeclaredException,
-        TypeError for what is no Parameter.
+        TypeError for anything but a Parameter.
         """
         parameters = list(parameter_list)
         outcomes = [self._ros_set([parameter]) for parameter in parameters]

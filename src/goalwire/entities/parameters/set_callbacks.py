@@ -21,7 +21,7 @@ class SetParametersCallbacks:
         _add(callback, self._ros_set_callbacks.before)
 
     def add_on_set_parameters_callback(self, callback: On) -> None:
-        """Ask `callback(parameters)` for a SetParametersResult before they change. Raises TypeError."""
+        """Ask `callback(parameters)` for a SetParametersResult before parameters change. Raises TypeError."""
         _add(callback, self._ros_set_callbacks.on)
 
     def add_post_set_parameters_callback(self, callback: After) -> None:
