@@ -24,7 +24,7 @@ from goalwire.files import read_regular
 from goalwire.security.storage import FOLDER, PRIVATE
 
 BEGIN = '0' * 64
-"""The first line has this in place of the hash of a line before it."""
+"""The first line of all has this in place of the hash of an earlier line."""
 PUT_ASIDE_AT = 1 << 22
 """The size at which a log is put aside, in bytes: some 15,000 entries."""
 KEPT = 15

@@ -80,7 +80,7 @@ class AuthorityServer(ThreadingHTTPServer):
             self._room.release()
 
     def finish_request(self, request: Any, client_address: Any) -> None:
-        """Shake hands on this connection's own thread: nobody else waits for a slow one."""
+        """Shake hands on this connection's own thread, so that no other client waits for a slow handshake."""
         if certificates.now() > self._renew_at:
             self._context, self._renew_at = self._make_context()
         request.settimeout(enrollment.ANSWERING_S)

@@ -18,7 +18,7 @@ from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 
 SOON = timedelta(days=7)
-"""How long before it expires a certificate is reported."""
+"""A certificate is reported from this long before it expires."""
 
 
 @record

@@ -21,7 +21,9 @@ from goalwire.security.policy import Grant, Policy, Verb
 
 LARGEST_DOMAIN = 232
 DISCOVERY = 'ros_discovery_info'
-"""The topic on which ROS 2's DDS middlewares tell which endpoint belongs to which node: for everybody."""
+"""The topic on which ROS 2's DDS middlewares announce which endpoint belongs to which node: everybody may use
+it.
+"""
 
 _CALLS = {
     Verb.CALL: ('',),
@@ -166,7 +168,7 @@ def _add_domains(parent: ET.Element, domains: tuple[int, ...]) -> None:
 
 
 def governance_xml() -> bytes:
-    """Return the governance document: everything is encrypted, and every topic asks the permissions."""
+    """Return the governance document: everything is encrypted, and access to every topic is checked."""
     root = ET.Element('dds')
     rule = ET.SubElement(ET.SubElement(root, 'domain_access_rules'), 'domain_rule')
     _add_domains(rule, ())

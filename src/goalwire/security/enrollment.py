@@ -38,7 +38,7 @@ def write_request(subject: x509.Name, key: ec.EllipticCurvePrivateKey) -> bytes:
 
 
 def read_request(body: bytes, subject: x509.Name) -> ec.EllipticCurvePublicKey:
-    """Return the key for which `subject` asks a certificate. Raises SecurityError."""
+    """Return the key for which `subject` requests a certificate. Raises SecurityError."""
     try:
         request = x509.load_der_x509_csr(b64decode(body))
         is_valid = request.is_signature_valid
@@ -60,7 +60,7 @@ def write_answer(chain: tuple[x509.Certificate, ...]) -> bytes:
 
 
 def read_answer(body: bytes, key: ec.EllipticCurvePublicKey) -> tuple[x509.Certificate, ...]:
-    """Return the certificate of `key`, and those of its authorities behind it. Raises SecurityError."""
+    """Return the certificate of `key`, followed by those of its authorities. Raises SecurityError."""
     try:
         found = pkcs7.load_der_pkcs7_certificates(b64decode(body))
     except (ValueError, Base64Error) as error:

@@ -145,7 +145,7 @@ class Keystore:
         return certificates.read_pair(read(path), os.fspath(path))
 
     def trust(self) -> x509.Certificate:
-        """Return the certificate that all others lead to. Raises SecurityError."""
+        """Return the certificate that all other certificates lead to. Raises SecurityError."""
         return certificates.read_certificate(read(self.trust_path), os.fspath(self.trust_path))
 
     def revoked(self) -> dict[str, datetime]:
@@ -210,7 +210,7 @@ class Keystore:
         return certificates.make_identity(self.site(), check_name(name), kind, self._life(name, life))
 
     def _life(self, name: str, life: timedelta) -> tuple[datetime, datetime]:
-        """Return begin and end of a certificate that is issued now."""
+        """Return from when until when a certificate is valid that is issued now."""
         now = certificates.now()
         begin = now - certificates.CLOCK_SKEW
         revoked = self.revoked().get(name)

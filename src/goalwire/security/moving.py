@@ -13,9 +13,9 @@ from time import monotonic
 from typing import TypeAlias
 
 MOVES = 'moves'
-"""The outcome in the entry of an act that was allowed, and moves a robot."""
+"""The outcome, in an entry of the audit log, of an allowed act that moves a robot."""
 SILENT_S = 10.0
-"""A stream has ended if it had no message for so many s."""
+"""A stream has ended after this time without a message, in s."""
 EACH_S = 60.0
 """The time in s between two entries of a stream that goes on."""
 MOST_STREAMS = 1024

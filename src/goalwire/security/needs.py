@@ -1,4 +1,4 @@
-"""The verbs that allow the use of a name in the graph, or an offer under it.
+"""The verbs of the policy that an act needs: the use of a name in the graph, or an offer under a name.
 
 The topics and services of an action belong to the action, and those of parameters to the node.
 """

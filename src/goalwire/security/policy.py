@@ -100,7 +100,7 @@ MOVING = (
         '/**/twist',
     ),
 )
-"""What moves a robot, if a policy does not say it: goals of all actions, and commands on topics."""
+"""The acts that move a robot if a policy does not list them: goals of all actions, and commands on topics."""
 
 
 @record

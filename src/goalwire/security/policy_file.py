@@ -146,7 +146,7 @@ class _Reader:
         )
 
     def _moving(self, table: dict[str, object]) -> tuple[Grant, ...]:
-        """Return what moves a robot: a verb that the table lacks keeps its default."""
+        """Return the acts that move a robot: a verb that the table lacks keeps its default."""
         for word in (STOP, MISSIONS):
             if word in table:
                 self._refuse(('moving', word), f'{word} is not a verb', 'write it into [everyone] or a role')

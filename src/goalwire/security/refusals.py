@@ -19,7 +19,7 @@ class RefusedActs(NamedTuple):
 
     who: str
     counts: dict[str, int]
-    """By act, in the policy's words: "call /reset"."""
+    """How often each act was refused; the acts are in the policy's words: "call /reset"."""
     reason: str
     """The rule that has decided the first refusal of the latest act."""
     age_s: float
@@ -51,7 +51,7 @@ class Refusals:
         self._lock = Lock()
 
     def note(self, who: str, act: str, reason: str) -> None:
-        """Note the rule that refuses an act to an identity, when the refusal is decided."""
+        """Note the rule that refuses an act to an identity, without counting the refusal."""
         with self._lock:
             acts = self._acts.setdefault(who, _Acts())
             acts.reason, acts.latest = reason, monotonic()
@@ -72,8 +72,7 @@ class Refusals:
         """Return what was refused to each identity."""
         now = monotonic()
         with self._lock:
-            # The refusal of a declaration is only noted, when it is decided, and not counted: it counts as
-            # one.
+            # The refusal of a declaration is noted without a count: it is reported as one.
             return [
                 RefusedActs(
                     who,

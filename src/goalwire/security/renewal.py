@@ -30,11 +30,9 @@ def end_of(chosen: Chosen) -> float:
 
 
 def renew_if_due(chosen: Chosen, keep: Callable[[ssl.SSLSocket], None]) -> float:
-    """Renew an identity's certificate if it is time for that.
-
-    Returns when it is time again, in s since the epoch. `keep` gets the connection to the authority, which
-    another thread may break off. Raises SecurityError, OSError or HTTPException if it is due and cannot be
-    renewed.
+    """Renew an identity's certificate if it is due. Returns when the next renewal is due, in s since the
+    epoch. `keep` gets the connection to the authority, which another thread may break off. Raises
+    SecurityError, OSError or HTTPException if it is due and cannot be renewed.
     """
     keystore, name = Keystore(chosen.folder), chosen.name
     if time() < (due := _due(keystore, name)):

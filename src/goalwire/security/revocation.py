@@ -2,7 +2,7 @@
 
     laptop = 2026-11-26T20:15:00Z
 
-A certificate that was issued later under the same name counts again.
+A certificate that was issued later under the same name is valid.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def load_revoked(path: Path) -> dict[str, datetime]:
 
 
 def write_revoked(revoked: Mapping[str, datetime]) -> str:
-    """Return the list as `read_revoked` reads it."""
+    """Return the list as a text that `read_revoked` can read."""
     lines = ['# Certificates of these names that were issued up to these times are refused.']
     lines += [f'"{name}" = {when:%Y-%m-%dT%H:%M:%SZ}' for name, when in sorted(revoked.items())]
     return '\n'.join(lines) + '\n'

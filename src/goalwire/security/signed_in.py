@@ -43,14 +43,14 @@ class SignedIn:
         return decision.reason if self._authorizer.refuses(self._principal, decision) else ''
 
     def check_to_look(self, permission: Permission) -> None:
-        """Raise NotAllowedError if something may not be looked at."""
+        """Raise NotAllowedError if the principal may not look at something."""
         reason = self.why_not(permission)
         if reason:
             self.note(permission, Decision(False, reason))
             raise NotAllowedError(reason)
 
     def check_to_send(self, permission: Permission, what: str = '') -> None:
-        """Raise NotAllowedError if something may not be sent; `what` shows it in the audit log."""
+        """Raise NotAllowedError if the principal may not send something; the audit log shows it as `what`."""
         decision = self._authorizer.decide(self._principal, permission)
         self.note(permission, decision, what)
         if self._authorizer.refuses(self._principal, decision):

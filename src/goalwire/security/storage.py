@@ -31,7 +31,7 @@ def _write_beside(path: Path, data: bytes, mode: int) -> Path:
 
 
 def _bring_to_disk(folder: Path) -> None:
-    """Bring the names in a folder to the disk; Windows has no such call for folders."""
+    """Flush the names in a folder to the disk; Windows has no such call for folders."""
     if os.name != 'posix':
         return
     descriptor = os.open(folder, os.O_RDONLY)

@@ -51,7 +51,7 @@ class _Finder:
         return Place(self._text.count('\n', 0, start) + 1, start - line_start + 1)
 
     def _take_line(self, at: int) -> int:
-        """Take a table's header, a key with its value, or an empty line; return the position of the next
+        """Read a table's header, a key with its value, or an empty line; return the position of the next
         line.
         """
         sign = self._tokens[at].group()
