@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 MissionFunction: TypeAlias = 'Callable[..., Awaitable[Any]]'
 """A mission's function: `async def mission(m, *arguments)`. It returns a value that JSON can hold."""
 ResumeCheck: TypeAlias = 'Callable[[goalwire.Node], Awaitable[bool | str]]'
-"""A check if the mission may go on: it returns True, or False or a text with the reason."""
+"""A check whether the mission may go on. It returns True if so, else False or a text with the reason."""
 
 
 @record

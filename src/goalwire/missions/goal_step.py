@@ -34,7 +34,7 @@ from goalwire.rules.missions.entries import Decision, Entry, EntryKind
 from goalwire.rules.missions.unknown_goals import Whereabouts, judge
 
 CANCEL_S = 10.0
-"""How long a cancelled goal may take to end before the mission goes on without it."""
+"""How long, in s, a cancelled goal may take to end before the mission goes on without it."""
 
 
 class _Move(Enum):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 PAUSE_S = 1.0
-"""The pause before a server is asked again, if its answer allows no conclusion."""
+"""The pause, in s, before a server is asked again, if its answer allows no conclusion."""
 
 
 class Interrupted(Exception):

@@ -34,7 +34,7 @@ Boundary = Callable[[str, str], None]
 
 
 class _JournalIsBroken(BaseException):
-    """Ends a mission's code, even if that catches Exception: a later step would not be in the journal."""
+    """Ends a mission's code, even if the code catches Exception: a later step would not be in the journal."""
 
 
 class MissionRun:

@@ -51,8 +51,8 @@ class Runner:
         machine: Machine | None = None,
         boundary: Boundary | None = None,
     ) -> None:
-        """`missions` may be continued and started from outside. With `one_at_a_time` each of them waits until
-        no other one has the robot.
+        """`missions` are the functions whose missions this runner continues. `start` adds others. With
+        `one_at_a_time` each of them waits until no other one has the robot.
 
         `machine` and `boundary` are for the test kit: other clocks, and places to crash at.
         """

@@ -71,7 +71,7 @@ async def keep_schedule(
     wall: Callable[[], float],
     start: Callable[[float], Awaitable[object]],
 ) -> None:
-    """Start each slot for ever, until cancelled.
+    """Start the mission of each slot, until cancelled.
 
     `since` is when the schedule was first kept. With `missed='run'` the latest slot since then, for which no
     runner was there, is started at once; `start` ignores a slot that it has started before.

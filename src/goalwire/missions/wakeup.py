@@ -34,7 +34,7 @@ async def hang_bell(ring: Callable[[], object]) -> tuple[asyncio.DatagramTranspo
 
 
 def note_port(store: Store, port: int) -> None:
-    """Write where the runner listens; 0 when it ends."""
+    """Write on which port the runner listens; 0 when the runner ends."""
     store.set_fact(_PORT, str(port))
 
 

@@ -52,6 +52,6 @@ class Writer:
         if under_way:
             await asyncio.wait(under_way)
             for task in under_way:
-                task.exception()  # every waiting caller gets the error
+                task.exception()  # read the error, or asyncio logs it: each waiting caller gets it
         self._thread.shutdown()
         self.store.close()
