@@ -40,7 +40,8 @@ class Fleet:
     """
 
     def __init__(self, name: str, *, robots: str | Iterable[str] = '*', domain: int | None = None) -> None:
-        """Open nothing yet. `robots` are names or patterns such as 'a*'; `name` is that of the node.
+        """Prepare the fleet; entering its block opens it. `robots` are names or patterns such as 'a*'; `name`
+        is that of the node.
 
         Raises ValueError for a bad pattern.
         """

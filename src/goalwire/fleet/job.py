@@ -58,11 +58,11 @@ class GoalReport:
     """SUCCEEDED, ABORTED or CANCELED, as the server says; REFUSED, 'NO SERVER' or 'NOT SENT' if it did not
     run; TIMEOUT; LOST if it may have run and nobody can tell; RUNNING before its end."""
     goal_id: str = ''
-    """The id in hexadecimal digits; '' if nothing was sent."""
+    """The goal's id in hexadecimal digits; '' if nothing was sent."""
     result: Any = None
     """The result's message, if the server has sent one."""
     why: str = ''
-    """The reason, if it did not succeed."""
+    """The reason, if the goal did not succeed."""
 
     @property
     def succeeded(self) -> bool:
@@ -109,14 +109,14 @@ class Job:
         self._failures = 0
         self._definition = mission(name='fleet goal', resume='auto')(self._carry_out)
         self.reports: dict[str, GoalReport] = {}
-        """The reports so far, by robot."""
+        """The reports so far, by the robots' names."""
 
     async def run(self, robots: Iterable[str]) -> list[GoalReport]:
         """Send the goal to the robots, and return a report of each, in their order.
 
-        If the task is cancelled, every goal is cancelled, and this waits for their ends. If the task is
-        cancelled again, it leaves, and goals may go on. Raises JournalError, MissionIdTaken if the journal
-        belongs to another goal.
+        If the task is cancelled, every goal is cancelled, and the task waits for their ends. If the task is
+        cancelled again, it ends at once, and goals may go on. Raises JournalError, MissionIdTaken if the
+        journal belongs to another goal.
         """
         wanted = list(robots)
         async with Runner(self._node, self._journal, missions=[self._definition]) as runner:

@@ -30,13 +30,13 @@ class RobotState:
 
     robot: str
     nodes: int
-    """How many nodes it has."""
+    """How many nodes the robot has."""
     stopped: bool | None
-    """True if its emergency stop is pressed; None if the robot does not say."""
+    """True if the robot's emergency stop is pressed; None if the robot does not say."""
     battery: float | None
-    """The charge, from 0 to 1; None if the robot did not say in time."""
+    """The battery's charge, from 0 to 1; None if the robot did not say in time."""
     goals: int
-    """How many goals wait or run."""
+    """How many of the robot's goals wait or run."""
 
     @property
     def word(self) -> str:
