@@ -16,7 +16,7 @@ from goalwire.concurrency.forks import reset_in_children
 from goalwire.errors import TransportError
 
 OF_A_SESSION = 32
-"""The descriptors that opening a session may take: three threads of Zenoh's and a router need over 20."""
+"""How many descriptors opening a session may take: three threads of Zenoh and a router need over 20."""
 
 
 def require_free(title: str, count: int = OF_A_SESSION) -> None:

@@ -64,9 +64,8 @@ def _close_all() -> None:
 
 
 def _ignore_ctrl_c_once() -> None:
-    """Ignore the first Ctrl-C, as the program ends anyway. The second one kills it.
-
-    This replaces only Python's own handler and ours. A handler of the program's stays.
+    """Ignore the first Ctrl-C, as the program ends anyway. A second Ctrl-C kills it. Only Python's own
+    handler and goalwire's are replaced. A handler of the program's stays.
     """
     if current_thread() is main_thread() and signal.getsignal(signal.SIGINT) == signal.default_int_handler:
         signal.signal(signal.SIGINT, _kill_next_time)
