@@ -1,8 +1,8 @@
 """Packages that pip installed editable (`pip install -e`); each gets a prefix of its own.
 
-An editable install copies no data files, so no index has the package. pip's direct_url.json (PEP 610) gives
-the source folder, and the package.xml there gives the package's name. Launch files and configuration are used
-in the source folder; the programs are the scripts that pip made.
+An editable install copies no data files, so no resource index lists the package. pip's direct_url.json (PEP
+610) gives the source folder, and the package.xml in this folder gives the package's name. Launch files and
+configuration are used in the source folder; the programs are the scripts that pip made.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from goalwire.idl import entry_points, workspace
 
 
 def names() -> list[str]:
-    """Return the names of the packages, sorted."""
+    """Return the names of the editable packages, sorted."""
     return sorted(_find_installed(entry_points.python_path()))
 
 
@@ -40,7 +40,10 @@ def prefix(package: str) -> str | None:
 
 @cache
 def _find_installed(path: tuple[str, ...]) -> dict[str, tuple[str, str]]:
-    """Return source folder and dist-info of each package, by name. The first on Python's path counts."""
+    """Return source folder and dist-info folder by package name.
+
+    Of equal names, the first on Python's path counts.
+    """
     found: dict[str, tuple[str, str]] = {}
     for folder in path:
         for metadata in _metadata_folders(folder):
@@ -54,7 +57,7 @@ def _find_installed(path: tuple[str, ...]) -> dict[str, tuple[str, str]]:
 def _metadata_folders(folder: str) -> list[Path]:
     try:
         return sorted(entry for entry in Path(folder or '.').iterdir() if entry.suffix == '.dist-info')
-    except (OSError, ValueError):  # a zip file, or a folder that does not exist
+    except (OSError, ValueError):  # the path entry is a zip file, or does not exist
         return []
 
 

@@ -1,4 +1,4 @@
-"""Interface packages without a prefix: those that goalwire ships, those in a workspace, those from pip.
+"""Interface packages that no prefix has: shipped with goalwire, in a workspace, or installed by pip.
 
 They count as resources of the types 'packages' and 'rosidl_interfaces', in a prefix that has share/<package>.
 """
@@ -16,12 +16,12 @@ RESOURCE_TYPES = frozenset({PACKAGES, INTERFACES})
 
 
 def names() -> list[str]:
-    """Return the names of all interface packages, also of those that a prefix has."""
+    """Return the names of all interface packages, including those in a prefix."""
     return search_path.package_names()
 
 
 def share(package: str) -> str | None:
-    """Return the folder with msg/, srv/ and action/; None if there is no such package."""
+    """Return the package's folder with msg/, srv/ and action/; None if there is no such package."""
     found = _find(package)
     if found is not None:
         found.tell_use()
@@ -42,7 +42,7 @@ def prefix(package: str) -> str | None:
 
 
 def content(resource_type: str, package: str) -> str:
-    """Return the text of the package's resource: its definition files, one a line, or ''."""
+    """Return a resource's text: for 'rosidl_interfaces' the definition files, one a line; else ''."""
     found = search_path.find_package(package) if resource_type == INTERFACES else None
     if found is None:
         return ''

@@ -1,10 +1,10 @@
 """Prefixes made of links, for packages that are not laid out as colcon installs them.
 
 ros2 run, ros2 pkg executables and launch_ros look for <prefix>/lib/<package>/<executable>, and many programs
-for <prefix>/share/<package>. pip puts a package's programs into the environment's bin/, and the package of a
-workspace or of an entry point has no prefix around it. Such a package gets a prefix of its own: a folder
-of links in the user's cache. The folder's name is a hash of the link targets, so its links are never out of
-date, and several processes may make it at once.
+for <prefix>/share/<package>. pip puts a package's programs into the environment's bin/; a package in a
+workspace, or one named by an entry point, is not in a prefix at all. Such a package gets its own prefix: a
+folder of links in the user's cache. The folder's name is a hash of the link targets, so its links are never
+out of date, and several processes may make the folder at once.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _MARKERS = 'share/ament_index/resource_index/packages'
 
 
 def of_pip() -> list[str]:
-    """Return the folders that pip installs data files into: the environment's, and the user's if enabled."""
+    """Return the folders into which pip installs data files: the environment's, and the user's if enabled."""
     folders = [sys.prefix, sysconfig.get_path('data', vars={'base': sys.prefix})]
     if site.ENABLE_USER_SITE:
         folders.append(site.getuserbase())
@@ -54,7 +54,7 @@ def around(package: str, share: str, *, of_distribution: bool) -> str:
 
 
 def around_source(package: str, source: str, metadata: str) -> str:
-    """Return a prefix for a package that pip installed editable from `source`, with all its scripts."""
+    """Return a prefix, with all scripts, for a package that pip installed editable from `source`."""
     from importlib.metadata import Distribution
 
     return _make(package, Path(source), _scripts(Distribution.at(metadata))) or source
@@ -63,7 +63,8 @@ def around_source(package: str, source: str, metadata: str) -> str:
 def _programs(package: str) -> list[Path]:
     """Return the scripts of the distribution that pip installed the package from, sorted.
 
-    A distribution may have several packages. A script whose module is in another of them is left out.
+    A distribution may have several packages. A script whose module is in another package of the distribution
+    is left out.
     """
     from importlib.metadata import distributions
 
@@ -103,7 +104,7 @@ def _make(package: str, share: Path, programs: list[Path]) -> str | None:
         prefix = Path(cache_folder('prefixes')) / f'{package}-{digest}'
         for name, target in links.items():
             _link(prefix / name, target)
-    except OSError:  # the cache cannot be written, the system has no links, or the user no home
+    except OSError:  # the cache cannot be written, links are not supported, or the user has no home
         return None
     return str(prefix)
 

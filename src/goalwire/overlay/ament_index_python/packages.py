@@ -21,10 +21,10 @@ __all__ = [
 
 
 class PackageNotFoundError(KeyError):
-    """No prefix has the package, and no interface package has this name."""
+    """An error if no prefix has a package, and no interface package has its name."""
 
     def __str__(self) -> str:
-        return str(self.args[0]) if self.args else ''  # KeyError would put the message in quotes
+        return str(self.args[0]) if self.args else ''  # KeyError's own __str__ would add quotes
 
 
 def get_packages_with_prefixes() -> dict[str, str]:
@@ -45,12 +45,15 @@ def get_package_prefix(package_name: str) -> str:
 
 
 def get_package_share_directory(package_name: str, print_warning: bool = True) -> str:
-    """Return a package's share folder; warns if it does not exist. Raises as get_package_prefix does."""
+    """Return a package's share folder; warn if the folder does not exist.
+
+    Raises as get_package_prefix does.
+    """
     return _share(package_name, print_warning)
 
 
 def get_package_share_path(package_name: str, print_warning: bool = True) -> Path:
-    """Return the folder of get_package_share_directory, as a Path."""
+    """Return the result of get_package_share_directory as a Path."""
     return Path(_share(package_name, print_warning))
 
 

@@ -20,11 +20,11 @@ __all__ = [
 
 
 class InvalidResourceTypeNameError(ValueError):
-    """A resource type with a slash or a backslash in it."""
+    """An error for a resource type with a slash or a backslash."""
 
 
 class InvalidResourceNameError(ValueError):
-    """A resource name with a slash or a backslash in it."""
+    """An error for a resource name with a slash or a backslash."""
 
 
 def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
@@ -87,7 +87,7 @@ def get_resource_types() -> set[str]:
 
 
 def indexed_prefix(resource_type: str, resource_name: str) -> str | None:
-    """Return the first prefix on the disk whose index has a resource; None without one."""
+    """Return the first prefix on the disk whose index has a resource; None if there is no such prefix."""
     for prefix in get_search_paths():
         if (_index(prefix) / resource_type / resource_name).is_file():
             return prefix
@@ -95,7 +95,10 @@ def indexed_prefix(resource_type: str, resource_name: str) -> str | None:
 
 
 def _whole(resource_type: str, name: str, prefix: str) -> str:
-    """Return the prefix to report for a resource: for a package from pip, one that also has its programs."""
+    """Return the prefix to report for a resource.
+
+    For a package from pip, this prefix also has its programs.
+    """
     if resource_type == _interface_packages.PACKAGES and prefix in _linked_prefixes.of_pip():
         return _linked_prefixes.with_programs(name, prefix)
     return prefix

@@ -14,8 +14,8 @@ __all__ = ['get_search_paths']
 def get_search_paths() -> list[str]:
     """Return the existing folders of AMENT_PREFIX_PATH, then Python's own prefixes.
 
-    pip installs an ament_python package's data files there (setup.py names share/ament_index among them), so
-    that packages installed by pip are found like those built by colcon.
+    pip installs the data files of ament_python packages into Python's prefixes, including share/ament_index,
+    which setup.py names. So packages installed by pip are found like packages built by colcon.
     """
     entries = os.environ.get(AMENT_PREFIX_PATH_ENV_VAR, '').split(os.pathsep)
     paths = [entry for entry in entries if entry and Path(entry).is_dir()]

@@ -34,8 +34,8 @@ def require_opencv(what: str) -> ModuleType:
 def convert(picture: Picture, source: str, target: str) -> Picture:
     """Return a copy of a picture in another encoding; raises ConversionError if there is no such conversion.
 
-    Pictures with one channel are height x width. Numbers are scaled only between 8 and 16 bits; for other
-    depths they are rounded and clipped.
+    A result with one channel has the shape (height, width). Values are scaled only between 8 and 16 bits; for
+    other depths they are rounded and clipped.
     """
     if target in {'', source}:
         return picture.copy()
@@ -50,7 +50,7 @@ def convert(picture: Picture, source: str, target: str) -> Picture:
 
 
 def _check(before: Encoding, after: Encoding) -> None:
-    """Raise ConversionError if there is no way from one encoding to the other."""
+    """Raise ConversionError if one encoding cannot be converted to the other."""
     if after.kind and not before.kind:
         raise ConversionError(
             f'[{before.name}] is not a color format. but [{after.name}] is. '
@@ -106,7 +106,7 @@ def _by_opencv(picture: Picture, before: str, after: str) -> Picture:
 
 
 def _rescale(picture: Picture, before: Encoding, after: Encoding) -> Picture:
-    """Return a picture whose numbers have the depth of the other encoding."""
+    """Return a picture whose values have the depth of the target encoding."""
     dtype = np.dtype(DTYPES[after.depth])
     if dtype.kind == 'f':
         return picture.astype(dtype)

@@ -28,14 +28,14 @@ _BY_CHANNELS = {1: 'mono', 3: 'bgr', 4: 'bgra'}
 
 
 class CvBridgeError(TypeError):
-    """A picture cannot be converted, or its message contradicts itself."""
+    """An error if a picture cannot be converted, or its message contradicts itself."""
 
 
 class CvBridge:
-    """Converts pictures. It has no state: one object is enough for a program, and any thread may use it."""
+    """Converts pictures. The object has no state: one is enough for a program, and any thread may use it."""
 
     def __init__(self) -> None:
-        """Make the tables that programs read."""
+        """Make `cvtype_to_name` and the other tables that programs read."""
         self.cvtype_to_name = {
             cv_type(depth, channels): f'{depth}C{channels}' for depth in DEPTHS for channels in (1, 2, 3, 4)
         }
@@ -48,7 +48,7 @@ class CvBridge:
     # -- types -----------------------------------------------------------------------------------------------
 
     def dtype_with_channels_to_cvtype2(self, dtype: np.dtype[Any], n_channels: int) -> str:
-        """Return the encoding of arrays of a dtype, as '8UC3'; raises CvBridgeError if there is none."""
+        """Return the encoding of arrays of a dtype, e.g. '8UC3'; raises CvBridgeError if there is none."""
         depth = self.numpy_type_to_cvtype.get(dtype.name)
         if depth is None:
             raise CvBridgeError(
@@ -75,8 +75,8 @@ class CvBridge:
     def imgmsg_to_cv2(self, img_msg: Image, desired_encoding: str = 'passthrough') -> Picture:
         """Return a picture as a new array of height x width, or height x width x channels.
 
-        'passthrough' keeps the encoding. Raises CvBridgeError if the message has fewer bytes than its size
-        needs, or if the picture cannot be converted.
+        If the desired encoding is 'passthrough', the message's encoding is kept. Raises CvBridgeError if the
+        message has fewer bytes than the picture's size needs, or if the picture cannot be converted.
         """
         name, channels = self.encoding_to_dtype_with_channels(img_msg.encoding)
         dtype = np.dtype(name).newbyteorder('>' if img_msg.is_bigendian else '<')
@@ -98,10 +98,11 @@ class CvBridge:
     def cv2_to_imgmsg(
         self, cvim: Picture, encoding: str = 'passthrough', header: Header | None = None
     ) -> Image:
-        """Return an array as a message. The array is not converted: `encoding` tells what it holds.
+        """Return an array as a message.
 
-        'passthrough' uses an encoding such as '8UC3'. Raises TypeError for anything but an array,
-        CvBridgeError if the array's type does not fit the encoding.
+        The array is not converted: `encoding` tells what the array holds; for 'passthrough', the message gets
+        an encoding such as '8UC3'. Raises TypeError for anything but an array, CvBridgeError if the array's
+        type does not fit the encoding.
         """
         _check_is_array(cvim)
         if cvim.ndim not in {2, 3}:
@@ -169,7 +170,7 @@ def _check_is_array(cvim: object) -> None:
 
 
 def _or_error(work: Callable[[], ValueT]) -> ValueT:
-    """Return the result of `work`; a ConversionError becomes a CvBridgeError."""
+    """Call `work` and return its result; turn a ConversionError into a CvBridgeError."""
     try:
         return work()
     except ConversionError as error:

@@ -1,4 +1,4 @@
-"""Makes pictures for display: labels in colours, depths as shades. The rules are cv_bridge's."""
+"""Makes pictures for display: labels as colours, depths as shades of gray. The rules are cv_bridge's."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def cvtColorForDisplay(
 ) -> Picture:
     """Return a picture of 8 bits that a screen can show; '' for `encoding_out` means bgr8.
 
-    Labels (32SC1) get a colour each, and 0 is black. Values between the bounds are scaled to 0 to 255;
-    `do_dynamic_scaling` takes the bounds from the picture. `colormap` is one of OpenCV's. Raises RuntimeError
-    if the picture cannot be converted.
+    Each label (32SC1) gets a colour; label 0 is black. Other values are scaled so that `min_image_value`
+    becomes 0 and `max_image_value` 255; `do_dynamic_scaling` takes these bounds from the picture. `colormap`
+    is one of OpenCV's color maps. Raises RuntimeError if the picture cannot be converted.
     """
     target = encoding_of(encoding_out or 'bgr8')
     if target.kind not in {'gray', 'rgb', 'bgr', 'rgba', 'bgra'} or target.bits != 8:
@@ -75,7 +75,7 @@ def _labels(source: Picture) -> Picture:
 def _label_colours() -> Picture:
     """Return the colour of each label as in ROS 2's cv_bridge, blue first.
 
-    They are the named colours of CSS, in alphabetical order.
+    The colours are the named colours of CSS, in the alphabetical order of their names.
     """
     rgb = np.frombuffer(bytes.fromhex(_COLOURS), np.uint8).reshape(-1, 3)
     return np.ascontiguousarray(rgb[:, ::-1])

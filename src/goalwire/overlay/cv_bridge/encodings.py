@@ -1,4 +1,4 @@
-"""The names of encodings in sensor_msgs/Image, and OpenCV's numbers for them.
+"""The names of the encodings in sensor_msgs/Image, and OpenCV's type numbers for these encodings.
 
 The names are those of sensor_msgs/image_encodings.hpp, and the numbers those of cv_bridge's getCvType.
 """
@@ -30,7 +30,7 @@ _CV4_CHANNELS = 8
 
 
 class ConversionError(RuntimeError):
-    """An encoding is unknown, or a picture cannot be converted; CvBridge raises CvBridgeError instead."""
+    """An error for an unknown encoding or an impossible conversion; CvBridge raises CvBridgeError instead."""
 
 
 class Encoding(NamedTuple):
@@ -76,7 +76,7 @@ def encoding_of(name: str) -> Encoding:
 
 @cache
 def _channel() -> int:
-    """Return what one more channel adds to the number of a type in the installed OpenCV."""
+    """Return the number that each further channel adds to a type's number in the installed OpenCV."""
     try:
         import cv2
     except ImportError:
@@ -85,12 +85,12 @@ def _channel() -> int:
 
 
 def cv_type(depth: str, channels: int) -> int:
-    """Return OpenCV's number for a type such as CV_8UC3."""
+    """Return OpenCV's number for a type such as CV_8UC3, given by depth and channels."""
     return DEPTHS.index(depth) + _channel() * (channels - 1)
 
 
 def depth_and_channels(number: int) -> tuple[str, int]:
-    """Return depth and channels of a number from `cv_type`; raises ConversionError for other numbers."""
+    """Return depth and channels of a type number from `cv_type`; raises ConversionError for others."""
     channels, depth = divmod(number, _channel())
     if number < 0 or depth >= len(DEPTHS):
         raise ConversionError(f'{number} is not the number of an OpenCV type')

@@ -1,4 +1,4 @@
-"""diagnostic_updater: a node publishes the state of its parts on /diagnostics."""
+"""diagnostic_updater: lets a node publish the state of its parts on /diagnostics."""
 
 from diagnostic_updater._diagnostic_status_wrapper import DiagnosticStatusWrapper
 from diagnostic_updater._diagnostic_updater import (

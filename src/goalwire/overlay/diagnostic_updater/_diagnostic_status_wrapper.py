@@ -1,4 +1,4 @@
-"""A DiagnosticStatus that tasks fill."""
+"""The DiagnosticStatus that diagnostic tasks fill."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
     def summary(self, level: bytes, message: object, /) -> None: ...
 
     def summary(self, *args: object) -> None:
-        """Set the summary: `summary(level, message)`, or `summary(status)` for that of another status."""
+        """Set the summary: `summary(level, message)`, or `summary(status)` to copy that of a status."""
         self.level, self.message = _read_summary(args)
 
     def clearSummary(self) -> None:
@@ -46,12 +46,12 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.level = max(self.level, level)
 
     def add(self, key: str, val: object) -> None:
-        """Append a key with a value; a value that is not text becomes its `str`."""
+        """Append a key with a value; a value that is not a str is converted by `str()`."""
         self.values.append(KeyValue(key=key, value=str(val)))
 
 
 def _read_summary(args: tuple[object, ...]) -> tuple[bytes, str]:
-    """Read level and message from a summary's arguments; TypeError for any others."""
+    """Read level and message from the arguments of `summary`; raises TypeError for any other arguments."""
     match args:
         case (DiagnosticStatus() as status,):
             return status.level, status.message

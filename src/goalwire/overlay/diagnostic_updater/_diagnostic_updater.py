@@ -79,7 +79,7 @@ class CompositeDiagnosticTask(DiagnosticTask):
 
 @runtime_checkable
 class _Task(Protocol):
-    """The methods of DiagnosticTask that `add` needs; programs may pass classes of their own with these."""
+    """The methods of DiagnosticTask that `add` needs: any object with these methods is accepted."""
 
     def getName(self) -> str: ...
 
@@ -87,7 +87,7 @@ class _Task(Protocol):
 
 
 class _NamedRun(Protocol):
-    """A task of a vector: a name, and a run that also sets the status's name."""
+    """An entry of a DiagnosticTaskVector: a name, and a `run` that also sets the status's name."""
 
     @property
     def name(self) -> str: ...
@@ -99,7 +99,7 @@ class DiagnosticTaskVector:
     """A list of tasks. Threads may change the list while other threads run the tasks."""
 
     class DiagnosticTaskInternal:
-        """A task's name, with the function to call."""
+        """An entry of a DiagnosticTaskVector: a task's name, and the function to call."""
 
         def __init__(self, name: str, fn: TaskFunction) -> None:
             self.name = name
@@ -112,10 +112,10 @@ class DiagnosticTaskVector:
 
     def __init__(self) -> None:
         self.tasks: list[_NamedRun] = []
-        self.lock = threading.Lock()  # guards the list; not held while a task runs
+        self.lock = threading.Lock()  # guards the list of tasks; not held while a task runs
 
     def addedTaskCallback(self, task: _NamedRun) -> None:
-        """Do nothing. Override this to get each task that is added."""
+        """Do nothing. Override this method to be called with each task that is added."""
 
     @overload
     def add(self, task: _Task, /) -> None: ...
@@ -137,7 +137,7 @@ class DiagnosticTaskVector:
         self.addedTaskCallback(task)
 
     def removeByName(self, name: str) -> bool:
-        """Remove the first task of that name; returns whether there was such a task."""
+        """Remove the first task of that name; return whether there was such a task."""
         with self.lock:
             for index, task in enumerate(self.tasks):
                 if task.name == name:
@@ -168,7 +168,7 @@ class Updater(DiagnosticTaskVector):
         self.warn_nohwid_done = False
         use_fqn = _declare(node, USE_FQN, False)
         self.node_name = node.get_fully_qualified_name() if use_fqn else node.get_name()
-        self._period: float = _declare(node, PERIOD, period)  # an integer stays an integer
+        self._period: float = _declare(node, PERIOD, period)  # a period given as an int stays an int
         self.timer: Timer = node.create_timer(self._period, self.update)
 
     @property
@@ -178,7 +178,7 @@ class Updater(DiagnosticTaskVector):
 
     @period.setter
     def period(self, period: float) -> None:
-        timer = self.node.create_timer(period, self.update)  # refuses a period below zero
+        timer = self.node.create_timer(period, self.update)  # refuses a period below 0: the old timer stays
         self.node.destroy_timer(self.timer)
         self.timer, self._period = timer, period
 
@@ -212,7 +212,7 @@ class Updater(DiagnosticTaskVector):
         self.update()
 
     def broadcast(self, lvl: bytes, msg: str) -> None:
-        """Publish a status for each task with this level and message, and run no task."""
+        """Publish a status with this level and message for each task, without running the tasks."""
         statuses = []
         for task in self._copy_tasks():
             status = DiagnosticStatusWrapper(name=task.name)
@@ -221,7 +221,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(statuses)
 
     def publish(self, msg: DiagnosticStatus | Sequence[DiagnosticStatus]) -> None:
-        """Publish copies of statuses, with the node's name before their names."""
+        """Publish copies of statuses, with the node's name put before each status's name."""
         given = [msg] if isinstance(msg, DiagnosticStatus) else msg
         array = DiagnosticArray(
             status=[
@@ -245,7 +245,10 @@ class Updater(DiagnosticTaskVector):
         self.publish(status)
 
     def _warn_without_hardware_id(self) -> None:
-        """Warn once if no hardware ID was set. `update` calls this if all is OK: the ID may come late."""
+        """Warn once if no hardware ID was set.
+
+        `update` calls this only if all statuses are OK, since the ID may be set late.
+        """
         if not self.hwid and not self.warn_nohwid_done:
             self.warn_nohwid_done = True
             self.node.get_logger().warning(
@@ -255,7 +258,10 @@ class Updater(DiagnosticTaskVector):
 
 
 def _run(name: str, fn: TaskFunction, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-    """Call a task's function. Raises TypeError if it returns no status, e.g. has no return statement."""
+    """Call a task's function.
+
+    Raises TypeError if the function returns no status, e.g. has no return statement.
+    """
     filled = fn(stat)
     if not isinstance(filled, DiagnosticStatus):
         raise TypeError(

@@ -1,4 +1,4 @@
-"""Topics whose frequency and stamps are watched."""
+"""Tasks and a publisher that watch the frequency and the stamps of a topic's messages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ['DiagnosedPublisher', 'HeaderlessTopicDiagnostic', 'TopicDiagnostic']
 
 
 class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
-    """Watches the frequency of messages without a header, as a task of an updater."""
+    """A task of an updater that watches the frequency of messages without a header."""
 
     def __init__(self, name: str, diag: Updater, freq: FrequencyStatusParam) -> None:
         super().__init__(f'{name} topic status')
@@ -33,12 +33,12 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
         self.freq.tick()
 
     def clear_window(self) -> None:
-        """Forget the counted messages."""
+        """Forget the messages counted so far."""
         self.freq.clear()
 
 
 class TopicDiagnostic(HeaderlessTopicDiagnostic):
-    """Watches the frequency of messages, and the age of their stamps by the node's clock."""
+    """A task of an updater that watches the frequency of messages, and the age of their stamps."""
 
     def __init__(
         self, name: str, diag: Updater, freq: FrequencyStatusParam, stamp: TimeStampStatusParam
@@ -54,7 +54,7 @@ class TopicDiagnostic(HeaderlessTopicDiagnostic):
 
 
 class DiagnosedPublisher(TopicDiagnostic):
-    """A publisher whose messages have headers, watched as it publishes."""
+    """Wraps a publisher of messages with headers, and watches what it publishes."""
 
     def __init__(
         self, pub: Publisher[Any], diag: Updater, freq: FrequencyStatusParam, stamp: TimeStampStatusParam

@@ -30,8 +30,9 @@ NANOSECONDS = 1e-9
 class FrequencyStatusParam:
     """The frequencies that a FrequencyStatus accepts, in Hz.
 
-    `freq_bound` has the keys 'min' and, if there is an upper bound, 'max'; it may be changed at any time.
-    `tolerance` widens the bounds by that share of them. The frequency is computed over `window_size` updates.
+    `freq_bound` has the key 'min' and, if there is an upper bound, 'max'; the dict may be changed at any
+    time. `tolerance` widens each bound by this share of it. The frequency is computed over `window_size`
+    updates.
     """
 
     def __init__(self, freq_bound: Mapping[str, float], tolerance: float = 0.1, window_size: int = 5) -> None:
@@ -51,13 +52,13 @@ class FrequencyStatusParam:
 
 
 class FrequencyStatus(DiagnosticTask):
-    """Reports a warning if events come too seldom or too often, an error if none came within the window."""
+    """Reports a warning if events come too seldom or too often, an error if none came in the window."""
 
     def __init__(self, params: FrequencyStatusParam, name: str = 'FrequencyStatus') -> None:
         super().__init__(name)
         self.params = params
         self.lock = threading.Lock()
-        # The steady clock: a frequency stays right if somebody sets the machine's clock.
+        # By the steady clock the frequency stays right even if somebody sets the machine's clock.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.clear()
 
@@ -81,7 +82,7 @@ class FrequencyStatus(DiagnosticTask):
             then, count_then = self._updates.popleft()
             self._updates.append((now, count))
         events, window = count - count_then, (now - then).nanoseconds * NANOSECONDS
-        # Virtual time may stand still between two updates.
+        # The window is 0 if virtual time stands still between two updates.
         frequency = events / window if window else (math.inf if events else 0.0)
         params, bound = self.params, self.params.freq_bound
         if events == 0:
@@ -106,7 +107,7 @@ class FrequencyStatus(DiagnosticTask):
 
 
 class TimeStampStatusParam:
-    """The ages of a stamp that a TimeStampStatus accepts, in seconds; a negative age is in the future."""
+    """The ages, in s, of stamps that a TimeStampStatus accepts; a stamp in the future has a negative age."""
 
     def __init__(self, min_acceptable: float = -1, max_acceptable: float = 5) -> None:
         self.min_acceptable = min_acceptable
@@ -116,9 +117,9 @@ class TimeStampStatusParam:
 class TimeStampStatus(DiagnosticTask):
     """Reports an error if a stamp since the last update was too old, in the future, or zero.
 
-    `clock` gives the time for the age of stamps: pass the node's clock, since its time may be simulated. None
-    stands for the system's time. If no stamp came since the last update, the status is a warning; with
-    SlowTimeStampStatus it is OK.
+    The age of a stamp is measured by `clock`: pass the node's clock, since its time may be simulated. None
+    stands for the system's clock. If no stamp came since the last update, the status is a warning; that of
+    SlowTimeStampStatus is OK.
     """
 
     without_data = DiagnosticStatus.WARN
@@ -140,14 +141,14 @@ class TimeStampStatus(DiagnosticTask):
         self._begin()
 
     def _begin(self) -> None:
-        """Forget the stamps; the counts of bad updates stay."""
+        """Forget the stamps of the last update; keep the counts of updates with bad stamps."""
         self.zero_seen = False
         self.deltas_valid = False
         self.min_delta = 0.0
         self.max_delta = 0.0
 
     def tick(self, stamp: Time | float) -> None:
-        """Take an event's stamp, a Time or in seconds."""
+        """Take an event's stamp: a Time, or a number of seconds."""
         nanoseconds = stamp.nanoseconds if isinstance(stamp, Time) else round(stamp / NANOSECONDS)
         with self.lock:
             if nanoseconds == 0:
@@ -189,13 +190,13 @@ class TimeStampStatus(DiagnosticTask):
 
 
 class SlowTimeStampStatus(TimeStampStatus):
-    """A TimeStampStatus for events that come less often than updates: no data is OK, as in C++."""
+    """A TimeStampStatus for events rarer than updates: without new stamps it reports OK, as in C++."""
 
     without_data = DiagnosticStatus.OK
 
 
 class Heartbeat(DiagnosticTask):
-    """Reports OK at each update, which shows that the node is alive."""
+    """A task that reports OK at each update, which shows that the node is alive."""
 
     def __init__(self) -> None:
         super().__init__('Heartbeat')

@@ -1,4 +1,4 @@
-"""launch: launch files, and the service that carries them out."""
+"""launch: launch descriptions, and the LaunchService that carries them out."""
 
 import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.errors import InvalidLaunchFileError

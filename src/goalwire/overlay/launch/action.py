@@ -1,4 +1,4 @@
-"""launch.action: the names of ROS 2's module."""
+"""launch.action: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     Action,

@@ -1,4 +1,4 @@
-"""launch.condition: the names of ROS 2's module."""
+"""launch.condition: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     Condition,

@@ -1,4 +1,4 @@
-"""launch.event: the names of ROS 2's module."""
+"""launch.event: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     Event,

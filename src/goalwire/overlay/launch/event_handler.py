@@ -1,4 +1,4 @@
-"""launch.event_handler: the names of ROS 2's module."""
+"""launch.event_handler: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     EventHandler,

@@ -1,4 +1,4 @@
-"""launch.invalid_launch_file_error: the names of ROS 2's module."""
+"""launch.invalid_launch_file_error: offers the names of ROS 2's module of this name."""
 
 from goalwire.errors import InvalidLaunchFileError
 

@@ -1,4 +1,4 @@
-"""launch.launch_context: the names of ROS 2's module."""
+"""launch.launch_context: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     LaunchContext,

@@ -1,4 +1,4 @@
-"""launch.launch_description_entity: the names of ROS 2's module."""
+"""launch.launch_description_entity: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     LaunchDescriptionEntity,

@@ -1,4 +1,4 @@
-"""launch.launch_description_source: the names of ROS 2's module."""
+"""launch.launch_description_source: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.sources import (
     LaunchDescriptionSource,

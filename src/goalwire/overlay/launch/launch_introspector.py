@@ -1,4 +1,4 @@
-"""launch.launch_introspector: the names of ROS 2's module."""
+"""launch.launch_introspector: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.introspection import (
     LaunchIntrospector,

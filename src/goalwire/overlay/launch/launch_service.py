@@ -1,4 +1,4 @@
-"""launch.launch_service: the names of ROS 2's module."""
+"""launch.launch_service: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.service import (
     LaunchService,

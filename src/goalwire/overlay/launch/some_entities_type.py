@@ -1,4 +1,4 @@
-"""launch.some_entities_type: the names of ROS 2's module."""
+"""launch.some_entities_type: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     SomeEntities as SomeEntitiesType,

@@ -1,4 +1,4 @@
-"""launch.substitution: the names of ROS 2's module."""
+"""launch.substitution: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.model import (
     Substitution,

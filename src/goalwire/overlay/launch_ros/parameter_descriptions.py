@@ -1,4 +1,4 @@
-"""launch_ros.parameter_descriptions: the names of ROS 2's module."""
+"""launch_ros.parameter_descriptions: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.ros.parameters import (
     Parameter,

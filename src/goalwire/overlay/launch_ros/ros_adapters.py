@@ -1,6 +1,6 @@
-"""launch_ros.ros_adapters: a node of rclpy that spins beside a launch, for a program's own actions.
+"""launch_ros.ros_adapters: a node of rclpy that spins beside a launch, for actions that a program defines.
 
-The actions of launch_ros use a node in the launch's own loop instead.
+The actions of launch_ros itself use a node in the launch's loop instead.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ROSAdapter:
             self.start()
 
     def start(self) -> None:
-        """Open the node and spin it in a thread. Raises LaunchError if it is open already."""
+        """Open the node and spin it in a thread. Raises LaunchError if the node is open already."""
         if self._running is not None:
             raise LaunchError('this ROS adapter has been started already')
         context = rclpy.Context()
@@ -46,7 +46,7 @@ class ROSAdapter:
         thread.start()
 
     def shutdown(self) -> None:
-        """Close the node, and wait for its thread. Raises LaunchError if it is not open."""
+        """Close the node, and wait for its thread. Raises LaunchError if the node is not open."""
         if self._running is None:
             raise LaunchError('this ROS adapter is not running')
         context, node, executor, thread = self._running
@@ -74,7 +74,7 @@ class ROSAdapter:
 
 
 def get_ros_adapter(context: LaunchContext) -> ROSAdapter:
-    """Return the adapter of a launch; the first call opens it, and the launch's end closes it."""
+    """Return a launch's ROSAdapter. The first call opens the adapter, and the launch's end closes it."""
     found = context.get_globals().get(_GLOBAL)
     if isinstance(found, ROSAdapter):
         return found
@@ -90,5 +90,5 @@ def get_ros_adapter(context: LaunchContext) -> ROSAdapter:
 
 
 def get_ros_node(context: LaunchContext) -> Any:
-    """Return the node of rclpy that belongs to a launch; the first call opens it."""
+    """Return the node of rclpy that belongs to a launch; the first call opens the node."""
     return get_ros_adapter(context).ros_node

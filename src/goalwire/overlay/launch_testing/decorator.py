@@ -13,7 +13,7 @@ TIMEOUT = '__ready_to_test_action_timeout__'
 
 
 def post_shutdown_test() -> Callable[[type[T]], type[T]]:
-    """Mark a class of tests that run when all processes have ended. Raises TypeError for a function."""
+    """Mark a class of tests that run after all processes have ended. Raises TypeError for a function."""
 
     def decorate(test_item: type[T]) -> type[T]:
         if not isinstance(test_item, type):
@@ -35,7 +35,7 @@ def ready_to_test_action_timeout(timeout: float) -> Callable[[T], T]:
 
 
 def parametrize(argnames: str, argvalues: Iterable[Any]) -> Callable[[Callable[..., Any]], Callable[[], Any]]:
-    """Run the whole launch once for each of the values, as pytest.mark.parametrize does with tests."""
+    """Run the whole launch once for each of the given values, as pytest.mark.parametrize does with a test."""
     names = [name.strip() for name in argnames.split(',') if name.strip()]
     values = [value if isinstance(value, tuple) else (value,) for value in argvalues]
 

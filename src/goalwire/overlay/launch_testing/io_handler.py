@@ -16,7 +16,7 @@ __all__ = ['ActiveIoHandler', 'IoHandler']
 
 
 class IoHandler:
-    """The output of all processes, in order."""
+    """Records the output of all processes, in the order in which it came."""
 
     def __init__(self) -> None:
         self._all: list[ProcessIO] = []
@@ -27,7 +27,7 @@ class IoHandler:
         self._by_process.setdefault(process_name, [])
 
     def append(self, process_io: ProcessIO) -> None:
-        """Add a process's output."""
+        """Add a piece of output of a process."""
         self._all.append(process_io)
         self._by_process.setdefault(process_io.process_name, []).append(process_io)
 
@@ -49,7 +49,7 @@ class IoHandler:
 
 
 class ActiveIoHandler:
-    """The output of running processes. Another thread may wait for output."""
+    """Records the output of running processes. Any thread may wait for output."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -57,7 +57,7 @@ class ActiveIoHandler:
 
     @property
     def io_event(self) -> threading.Condition:
-        """The condition that is notified of each output, and locked while output is added."""
+        """A threading.Condition that is notified of each output, and locked while output is added."""
         return self._changed
 
     def track(self, process_name: str) -> None:

@@ -1,4 +1,4 @@
-"""launch_testing.junitxml: results as the XML that JUnit writes."""
+"""launch_testing.junitxml: writes test results in JUnit's XML format."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ['unittestResultsToXml']
 
 
 def unittestResultsToXml(*, name: str = 'launch_test', test_results: Mapping[Any, Result]) -> Any:
-    """Return the results as JUnit's XML: a suite for each run, a case for each test."""
+    """Return the results as XML in JUnit's format: a suite for each run, a case for each test."""
     top = ET.Element('testsuites', name=name)
     for run_, result in test_results.items():
         counts = {kind: str(len(getattr(result, kind))) for kind in ('failures', 'errors', 'skipped')}

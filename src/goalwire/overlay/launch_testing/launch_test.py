@@ -30,7 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(
     parser: ArgumentParser, args: Namespace, test_runner_cls: type[LaunchTestRunner] = LaunchTestRunner
 ) -> int:
-    """Run the tests of a file; return 0 if all passed, else 1. Ends the program if there is no such file."""
+    """Run the tests of a file; return 0 if all passed, else 1. End the program if there is no such file."""
     file = Path(args.launch_test_file).resolve()
     if not file.is_file():
         parser.error(f"Test file '{args.launch_test_file}' does not exist")
@@ -54,7 +54,7 @@ def run(
 
 
 def load_file(name: str, file: Path) -> ModuleType:
-    """Return a file's module."""
+    """Import a test file, and return its module."""
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
         raise RuntimeError(f"'{file}' is not a Python file")

@@ -1,4 +1,4 @@
-"""launch_testing.loader: the launches that a test file describes, and the tests of each."""
+"""launch_testing.loader: finds the launches that a test file describes, and the tests of each launch."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ ENTRY = 'generate_test_description'
 
 
 class TestRun:
-    """One launch: its tests beside the running processes, and those after their end."""
+    """One launch: the tests that run beside its processes, and the tests after the processes' end."""
 
-    __test__ = False  # pytest would collect the class otherwise
+    __test__ = False  # without this attribute pytest would collect the class as a test
 
     def __init__(
         self,
@@ -55,7 +55,10 @@ class TestRun:
     def normalized_test_description(
         self, *, ready_fn: Callable[[], object]
     ) -> tuple[LaunchDescription, dict[str, Any]]:
-        """Return the description and the values for tests. Raises Exception if it has no ReadyToTest."""
+        """Return the launch description and the values for tests.
+
+        Raises Exception if there is no ReadyToTest action.
+        """
         made = self._test_description_function()
         description, context = made if isinstance(made, tuple) else (made, {})
         ready = next(_ready_actions(description.entities), None)
@@ -72,7 +75,7 @@ class TestRun:
         injected_attributes: Mapping[str, Any] | None = None,
         injected_args: Mapping[str, Any] | None = None,
     ) -> None:
-        """Give tests their values: as arguments by name, or as attributes, which is the old way."""
+        """Give tests their values: as arguments, chosen by name, or as attributes, which are deprecated."""
         for cls in {type(case): None for case in _cases(tests)}:
             for name, value in (injected_attributes or {}).items():
                 setattr(cls, name, _warning_property(name, value))
@@ -83,7 +86,7 @@ class TestRun:
                 setattr(case, method, _bind(getattr(case, method), injected_args or {}))
 
     def get_launch_description(self) -> LaunchDescription:
-        """Return a description to read; it cannot be launched."""
+        """Return the launch description only for reading: it cannot be launched."""
         return self.normalized_test_description(ready_fn=lambda: None)[0]
 
     def all_cases(self) -> Iterator[unittest.TestCase]:
@@ -104,7 +107,7 @@ class TestRun:
 
 
 def LoadTestsFromPythonModule(module: ModuleType, *, name: str = 'launch_tests') -> list[TestRun]:
-    """Return a run for each launch that the module describes."""
+    """Return a TestRun for each launch that the module describes."""
     entry = getattr(module, ENTRY)
     descriptions = entry() if hasattr(entry, '__parametrized__') else [(entry, {})]
     return [
@@ -120,12 +123,12 @@ def LoadTestsFromPythonModule(module: ModuleType, *, name: str = 'launch_tests')
 
 
 def PreShutdownTestLoader() -> unittest.TestLoader:
-    """Return a loader of the tests that run beside the processes."""
+    """Return a loader for the tests that run beside the processes."""
     return _Loader(is_post_shutdown=False)
 
 
 def PostShutdownTestLoader() -> unittest.TestLoader:
-    """Return a loader of the tests that run after all processes have ended."""
+    """Return a loader for the tests that run after all processes have ended."""
     return _Loader(is_post_shutdown=True)
 
 

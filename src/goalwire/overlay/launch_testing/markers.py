@@ -22,7 +22,7 @@ def keep_alive(test_description: T) -> T:
 def retry_on_failure(
     *, times: int, delay: float | None = None
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Repeat a test while it raises AssertionError: at most `times` runs, `delay` seconds apart."""
+    """Run a test again if it raises AssertionError: at most `times` runs in all, `delay` seconds apart."""
     if times <= 0:
         raise AssertionError(f'times is {times}: it must be above 0')
 

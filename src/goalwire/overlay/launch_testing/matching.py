@@ -1,6 +1,6 @@
-"""launch_testing.tools.text: functions that look for expected text or lines.
+"""The functions of launch_testing.tools.text: they look for expected text or lines.
 
-They have a module of their own because the assertions use them and `tools` uses the assertions.
+They are in a separate module because the assertions use them, and `launch_testing.tools` uses the assertions.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ _ESCAPES = Pattern(r'\x1b(\[[0-?]*[ -/]*[@-~]|[@-Z\\-_])')
 
 
 def normalize_lineseps(lines: str) -> str:
-    r"""Return a text whose lines end with \n."""
+    r"""Return the text with all line ends replaced by \n."""
     return lines.replace(os.linesep, '\n').replace('\r\n', '\n')
 
 
 def remove_ansi_escape_sequences(text: str) -> str:
-    """Return a text without escape sequences for a terminal."""
+    """Return the text without its escape sequences for a terminal."""
     return _ESCAPES.sub('', text)
 
 
@@ -82,7 +82,7 @@ def _find(text: str, start: int, wanted: str, *, strict: bool) -> Span | None:
 
 
 def _in_order(matches: Sequence[Callable[..., Span | None]], *, strict: bool) -> Callable[..., Span | None]:
-    """Return a function that finds all these patterns in order; with `strict` there may be no gaps."""
+    """Return a function that finds all patterns in order; with `strict`, gaps are not allowed."""
 
     def match_all(actual: Any, start: int = 0) -> Span | None:
         begin, end = -1, start

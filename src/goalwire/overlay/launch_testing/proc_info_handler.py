@@ -1,4 +1,4 @@
-"""launch_testing.proc_info_handler: records processes that run, and their exit codes."""
+"""launch_testing.proc_info_handler: records which processes run, and the exit codes of those that ended."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class ProcInfoHandler:
 
 
 class ActiveProcInfoHandler:
-    """Starts and ends of processes while the launch runs. Another thread may wait for them."""
+    """Records starts and ends of processes while the launch runs. Any thread may wait for such an event."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -55,7 +55,7 @@ class ActiveProcInfoHandler:
 
     @property
     def proc_event(self) -> threading.Condition:
-        """The condition that is notified when a process has started or ended."""
+        """A threading.Condition that is notified when a process has started or ended."""
         return self._changed
 
     def append(self, process_info: ProcessInfo) -> None:

@@ -1,4 +1,4 @@
-"""launch_testing.ready_aggregator: calls a function when several parts are ready."""
+"""launch_testing.ready_aggregator: calls a function when all of several parts are ready."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 
 class ReadyAggregator:
-    """Counts the calls of `ready_fn`, one for each part, and calls the given function at the last."""
+    """Counts the calls of `ready_fn`, one for each part, and calls the given function at the last call."""
 
     def __init__(self, ready_fn: Callable[[], object], num_to_aggregate: int) -> None:
         self._call = ready_fn

@@ -11,14 +11,14 @@ __all__ = ['FailResult', 'Result', 'SkipResult', 'TestResult']
 
 
 class HasCases(Protocol):
-    """A run with tests."""
+    """A test run that can list its tests."""
 
     def all_cases(self) -> Iterable[unittest.TestCase]:
         """Yield every test."""
 
 
 class Result(Protocol):
-    """The common base of a run's results."""
+    """The interface that all kinds of results of a run share."""
 
     testsRun: int
     failures: list[tuple[unittest.TestCase, str]]
@@ -34,7 +34,7 @@ class Result(Protocol):
 
 
 class FailResult(unittest.TestResult):
-    """All tests failed, because the launch ended before the tests."""
+    """The result if all tests failed because the launch ended before the tests."""
 
     def __init__(self, test_run: HasCases, message: str) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class FailResult(unittest.TestResult):
 
 
 class SkipResult(unittest.TestResult):
-    """All tests were skipped, because the description was skipped."""
+    """The result if all tests were skipped because the launch description was skipped."""
 
     def __init__(self, test_run: HasCases, skip_reason: str = '') -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class SkipResult(unittest.TestResult):
 class TestResult(unittest.TextTestResult):
     """A unittest result that also records how long each test took."""
 
-    __test__ = False  # pytest would collect the class otherwise
+    __test__ = False  # without this attribute pytest would collect the class as a test
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

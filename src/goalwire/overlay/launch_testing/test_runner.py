@@ -1,4 +1,4 @@
-"""launch_testing.test_runner: runs launches, tests beside the processes, and tests after their end."""
+"""launch_testing.test_runner: runs launches, tests beside their processes, and tests after their end."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ __all__ = ['LaunchTestRunner']
 
 
 class LaunchDiedError(Exception):
-    """The launch ended before its tests did."""
+    """An error if a launch ended before its tests did."""
 
 
 class _Launch:
-    """One run: the launch runs in this thread, because of signals; its tests run in another thread."""
+    """One test run: the launch in the calling thread, which gets signals; its tests in another thread."""
 
     def __init__(
         self, run: TestRun, preamble: Sequence[Any], arguments: Sequence[str], *, debug: bool
@@ -77,7 +77,7 @@ class _Launch:
         self._run.bind(self._run.post_shutdown_tests, after, {**common, **after})
 
     def _around(self, description: LaunchDescription) -> LaunchDescription:
-        """Return the description with handlers that record the output and the ends of its processes."""
+        """Return the launch description with handlers that record the output and ends of its processes."""
         handlers = [
             OnProcessStart(on_start=lambda info, _: self._info.append(info)),
             OnProcessStart(on_start=lambda info, _: self._output.track(info.process_name)),
@@ -122,11 +122,17 @@ class LaunchTestRunner:
         self._debug = debug
 
     def generate_preamble(self) -> list[Any]:
-        """Return actions to run before each description. Derived runners override this."""
+        """Return actions to carry out before each launch description.
+
+        Derived runners override this method.
+        """
         return []
 
     def run(self) -> dict[TestRun, Result]:
-        """Run the tests and return the results of each run. Stop after a launch that ends too early."""
+        """Run all launches with their tests, and return each run's results.
+
+        Stop after a launch that ends too early.
+        """
         results: dict[TestRun, Result] = {}
         for run in self._test_runs:
             if len(self._test_runs) > 1:
@@ -145,7 +151,7 @@ class LaunchTestRunner:
         return results
 
     def validate(self) -> None:
-        """Raise Exception if a description's arguments are not the names of its parameters."""
+        """Raise Exception if a description function's arguments differ from the names of its parameters."""
         for run in self._test_runs:
             function = inspect.unwrap(run._test_description_function)
             taken = list(inspect.signature(function).parameters)
@@ -168,7 +174,10 @@ def _run_suite(tests: unittest.TestSuite) -> TestResult:
 
 
 def _split_arguments(arguments: Sequence[str]) -> list[tuple[str, str]]:
-    """Return names and values of NAME:=VALUE; the last value of a name counts. Raises RuntimeError."""
+    """Return names and values of arguments NAME:=VALUE; the last value of a name counts.
+
+    Raises RuntimeError.
+    """
     found: dict[str, str] = {}
     for argument in arguments:
         name, separator, value = argument.partition(':=')

@@ -1,4 +1,4 @@
-"""launch_testing_ros.data_republisher: changes the messages of a topic on their way to another."""
+"""launch_testing_ros.data_republisher: changes a topic's messages and publishes them on another topic."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class DataRepublisher(Generic[MsgT]):
         msg_type: type[MsgT],
         transform_fn: Callable[[MsgT], MsgT | None],
     ) -> None:
-        """Begin to republish. If `transform_fn` returns None, the message is dropped."""
+        """Begin to republish messages. If `transform_fn` returns None, the message is dropped."""
         self._node = node
         self._transform = transform_fn
         self._received = 0
@@ -45,7 +45,7 @@ class DataRepublisher(Generic[MsgT]):
         return len(self._republished)
 
     def get_republished(self) -> list[MsgT]:
-        """Return the received messages that were republished. The function may have changed them."""
+        """Return the received messages that were republished. `transform_fn` may have changed them."""
         return self._republished
 
     def _pass_on(self, message: MsgT) -> None:

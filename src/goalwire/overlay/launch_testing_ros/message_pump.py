@@ -14,7 +14,7 @@ _STOP_S = 5.0
 
 
 class MessagePump:
-    """Spins a node from `start` to `stop`."""
+    """Spins a node in a thread of its own, from `start` until `stop`."""
 
     def __init__(self, node: Node, context: Context | None = None) -> None:
         self._executor = SingleThreadedExecutor(context=context)
@@ -23,7 +23,7 @@ class MessagePump:
         self._thread = Thread(target=self._spin, name='msg_pump_thread')
 
     def start(self) -> None:
-        """Begin to spin; only once for each object."""
+        """Begin to spin. May be called only once for each object."""
         self._thread.start()
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""launch_testing_ros.wait_for_topics: waits until each of some topics has had a message."""
+"""launch_testing_ros.wait_for_topics: waits until a message has come on each of several topics."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ __all__ = ['WaitForTopics']
 
 
 class WaitForTopics:
-    """Waits for topics: `with WaitForTopics([('chatter', String)], timeout=5.0):` then runs its block.
+    """Waits for topics: `with WaitForTopics([('chatter', String)], timeout=5.0):` waits, then runs its block.
 
-    Or call `wait` and `shutdown`. It has its own node in its own context, apart from those of the test.
+    Or call `wait` and `shutdown`. The object has its own node in its own context, apart from those of the
+    test.
     """
 
     def __init__(
@@ -31,7 +32,10 @@ class WaitForTopics:
         timeout: float = 5.0,
         messages_received_buffer_length: int = 10,
     ) -> None:
-        """Subscribe to nothing yet. `timeout` is in s. The latest messages of each topic are kept."""
+        """Open the node, but subscribe to nothing yet: `wait` does that. `timeout` is in s.
+
+        Of each topic the latest `messages_received_buffer_length` messages are kept.
+        """
         self.topic_tuples = list(topic_tuples)
         self.timeout = timeout
         self.messages_received_buffer_length = messages_received_buffer_length
@@ -47,7 +51,7 @@ class WaitForTopics:
         self._thread.start()
 
     def wait(self) -> bool:
-        """Wait until every topic has had a message since now; False if that takes longer than `timeout`."""
+        """Wait until every topic has had a new message; False if that takes longer than `timeout`."""
         self._all_received.clear()
         self._received.clear()
         for topic, cls in self.topic_tuples:
@@ -66,15 +70,15 @@ class WaitForTopics:
         self._node.destroy_node()
 
     def topics_received(self) -> set[str]:
-        """Return the topics that had a message."""
+        """Return the topics on which a message has come."""
         return set(self._received)
 
     def topics_not_received(self) -> set[str]:
-        """Return the topics without a message."""
+        """Return the topics on which no message has come."""
         return self._messages.keys() - self._received
 
     def received_messages(self, topic_name: str) -> list[Any]:
-        """Return the latest messages of a topic; raises KeyError for another topic."""
+        """Return the latest messages of a topic; raises KeyError for a topic that is not waited for."""
         if topic_name not in self._messages:
             raise KeyError(f'No messages received for topic: {topic_name}')
         return list(self._messages[topic_name])
@@ -90,7 +94,7 @@ class WaitForTopics:
             self._executor.spin()
 
     def __enter__(self) -> Self:
-        """Wait; raises RuntimeError that names the topics without a message."""
+        """Call `wait`; raises RuntimeError, naming the topics without a message, if it returns False."""
         if not self.wait():
             missing = self.topics_not_received()
             self.shutdown()

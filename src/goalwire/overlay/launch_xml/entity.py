@@ -1,4 +1,4 @@
-"""launch_xml.entity: the names of ROS 2's module."""
+"""launch_xml.entity: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.frontend import Entity
 

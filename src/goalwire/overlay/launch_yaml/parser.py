@@ -1,4 +1,4 @@
-"""launch_yaml.parser: the names of ROS 2's module."""
+"""launch_yaml.parser: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.frontend import YAMLParser as Parser
 

@@ -1,4 +1,4 @@
-"""A history of messages."""
+"""A filter that keeps a history of messages."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ __all__ = ['Cache']
 
 
 class Cache(SimpleFilter):
-    """Keeps the last `cache_size` messages of a filter, and passes every message on."""
+    """Keeps the last `cache_size` messages of its input, and passes every message on."""
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
         super().__init__()
         self.cache_size = cache_size
         self.allow_headerless = allow_headerless
-        self._entries: deque[tuple[Time, Any]] = deque(maxlen=cache_size)  # in the order of arrival
+        self._entries: deque[tuple[Time, Any]] = deque(maxlen=cache_size)  # messages in the order of arrival
         self.connectInput(f)
 
     @property
@@ -47,7 +47,7 @@ class Cache(SimpleFilter):
             self.signalMessage(msg)
 
     def getInterval(self, from_stamp: Time, to_stamp: Time) -> list[Any]:
-        """Return the messages of an interval, both ends included; AssertionError if it is reversed."""
+        """Return the messages in a closed interval; raises AssertionError if its ends are reversed."""
         if from_stamp > to_stamp:
             raise AssertionError(f'the interval is reversed: from {from_stamp} to {to_stamp}')
         return [msg for stamp, msg in tuple(self._entries) if from_stamp <= stamp <= to_stamp]
@@ -61,7 +61,10 @@ class Cache(SimpleFilter):
         return next((msg for own, msg in reversed(tuple(self._entries)) if own <= stamp), None)
 
     def getLastestTime(self) -> Time | None:
-        """Return the stamp of the message that came last (the name is ROS 2's); None without one."""
+        """Return the stamp of the message that came last; None without messages.
+
+        The misspelt name is ROS 2's.
+        """
         return self._entries[-1][0] if self._entries else None
 
     def getLatestTime(self) -> Time | None:
@@ -69,9 +72,9 @@ class Cache(SimpleFilter):
         return self.getLastestTime()
 
     def getOldestTime(self) -> Time | None:
-        """Return the stamp of the message that came first; None without one."""
+        """Return the stamp of the kept message that came first; None without messages."""
         return self._entries[0][0] if self._entries else None
 
     def getLast(self) -> Any:
-        """Return the message that came last; None without one."""
+        """Return the message that came last; None without messages."""
         return self._entries[-1][1] if self._entries else None

@@ -1,4 +1,4 @@
-"""The base of all filters: registered callbacks get the messages that pass."""
+"""The base of all filters, which passes messages to registered callbacks."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class SimpleFilter:
         self._connections = count()
 
     def registerCallback(self, cb: Callable[..., object], *args: object) -> int:
-        """Call `cb(*messages, *args)` with each output; return the callback's key in `callbacks`."""
+        """Call `cb(*messages, *args)` with each output from now on; return `cb`'s key in `callbacks`."""
         connection = next(self._connections)
         self.callbacks[connection] = cb, args
         return connection
 
     def signalMessage(self, *msg: object) -> None:
-        """Give messages to the callbacks, in the order of their registration."""
+        """Call the callbacks with the messages, in the order of the callbacks' registration."""
         for callback, args in tuple(self.callbacks.values()):
             callback(*msg, *args)

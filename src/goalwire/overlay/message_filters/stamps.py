@@ -12,13 +12,16 @@ __all__ = ['stamp_of', 'stamp_or_arrival']
 
 
 def stamp_of(msg: Any) -> Time:
-    """Return the stamp of a message's header; raises AttributeError if it has none."""
+    """Return the stamp of a message's header; raises AttributeError if the message has no such field."""
     stamp = msg.header.stamp
     return stamp if hasattr(stamp, 'nanoseconds') else Time.from_msg(stamp)
 
 
 def stamp_or_arrival(msg: Any, *, allow_headerless: bool, logger_name: str) -> Time | None:
-    """Return the stamp. Without a header return the current time if allowed; else warn and return None."""
+    """Return a message's stamp.
+
+    Without a header return the current time if `allow_headerless`; otherwise warn and return None.
+    """
     if hasattr(msg, 'header') and hasattr(msg.header, 'stamp'):
         return stamp_of(msg)
     if allow_headerless:

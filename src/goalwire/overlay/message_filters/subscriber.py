@@ -1,4 +1,4 @@
-"""A filter's source: a subscription of a node."""
+"""The source of a chain of filters: a subscription of a node."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ DEFAULT_DEPTH = 10
 class Subscriber(SimpleFilter):
     """A subscription whose messages go to the registered callbacks.
 
-    Takes the arguments of Node.create_subscription but the callback, and has the subscription's attributes.
+    Takes the arguments of Node.create_subscription except the callback, and has the subscription's
+    attributes.
     """
 
     def __init__(
@@ -32,7 +33,7 @@ class Subscriber(SimpleFilter):
         )
 
     def callback(self, msg: object) -> None:
-        """Pass a message on."""
+        """Pass a received message to the registered callbacks."""
         self.signalMessage(msg)
 
     def getTopic(self) -> str:

@@ -1,6 +1,6 @@
-"""Messages of several topics, matched by their time.
+"""Match messages of several topics by their time.
 
-Each input has a queue, a dictionary of messages by stamp in ns. Callbacks run without the lock.
+Each input has a queue: a dictionary of messages by stamp in ns. Callbacks run while the lock is not held.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ Queue = dict[int, Any]
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Calls back with one message from each input, all with the same stamp; it uses each message once.
+    """Calls back with one message from each input, all with the same stamp; each message is used once.
 
-    Each input queues the `queue_size` messages with the latest stamps until the other inputs have them.
+    Each input keeps the `queue_size` messages with the latest stamps until the other inputs have messages
+    with these stamps.
     """
 
     def __init__(self, fs: Iterable[SimpleFilter], queue_size: int) -> None:
@@ -44,7 +45,7 @@ class TimeSynchronizer(SimpleFilter):
         ]
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Queue a message of the input `my_queue_index`, and call back with each set that is complete."""
+        """Queue a message of the input `my_queue_index`; call back with each set that is complete."""
         stamp = stamp_of(msg).nanoseconds
         with self.lock:
             self._enqueue(msg, my_queue, stamp)
@@ -64,10 +65,11 @@ class TimeSynchronizer(SimpleFilter):
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Calls back with one message from each input, whose stamps are less than `slop` seconds apart.
+    """Calls back with one message from each input; their stamps are less than `slop` seconds apart.
 
     A new message is matched with the nearest messages of the other inputs. Messages without a header are
-    dropped; `allow_headerless` uses the time of their arrival instead, `sync_arrival_time` does so for all.
+    dropped. With `allow_headerless` their time of arrival is used instead; with `sync_arrival_time` the time
+    of arrival is used for all messages.
     """
 
     def __init__(
@@ -84,7 +86,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         super().__init__(fs, queue_size)
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Queue a message, and call back with the set that it completes, if any."""
+        """Queue a message, and call back with the set of messages that it completes, if any."""
         if self.sync_arrival_time:
             stamp = ROSClock().now()
         else:
@@ -102,7 +104,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             self.signalMessage(*messages)
 
     def _match(self, stamp: int, index: int | None) -> tuple[int, ...] | None:
-        """Return a stamp from each queue, with `stamp` for the queue `index`; None without a match."""
+        """Return matching stamps, one from each queue, and `stamp` from queue `index`; None without a match."""
         slop = self.slop.nanoseconds
 
         def near(queue: Queue) -> list[int]:
@@ -111,7 +113,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         candidates = [near(queue) for queue in self.queues]
         if index is None:
             return _first_within(candidates, slop, inf, -inf)
-        if stamp not in self.queues[index]:  # the full queue has dropped the message: all others are newer
+        if stamp not in self.queues[index]:  # the full queue has dropped this message, the oldest
             return None
         candidates[index] = [stamp]
         return _first_within(candidates, slop, stamp, stamp)
@@ -120,11 +122,12 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
 def _first_within(
     candidates: Sequence[Sequence[int]], slop: int, low: float, high: float
 ) -> tuple[int, ...] | None:
-    """Return the first combination of one item from each sequence that, with low and high, spans less than
-    `slop`.
+    """Return the first combination of one item from each sequence whose span is less than `slop`.
 
-    Combinations are tried in the order of itertools.product. The cache keeps failed partial combinations, by
-    their span, so that each is tried only once.
+    The values `low` and `high` count as parts of every combination.
+
+    Combinations are tried in the order of itertools.product. The cache remembers the partial combinations
+    that failed, by their span, so that each is tried only once.
     """
 
     @cache

@@ -32,7 +32,8 @@ else:
     def __getattr__(name: str) -> object:
         """Import a module of rclpy at its first use, so that `import rclpy` stays fast.
 
-        Programs that only `import rclpy` also use rclpy.executors and others: ROS 2 imports all of them.
+        Programs that only write `import rclpy` also use rclpy.executors and other modules, since ROS 2's
+        rclpy imports them all.
         """
         from importlib import import_module
 
@@ -66,11 +67,11 @@ __all__ = [
     'uninstall_signal_handlers',
 ]
 
-hide_own_frames()  # also errors before or in init() show the program's lines
+hide_own_frames()  # so that errors before or in init(), too, show the program's own lines
 
 _global_executor: Executor | None = None
 _executor_lock = ForkableLock()
-"""Locked while the global executor is created."""
+"""Held while the global executor is created."""
 
 
 class InitContextManager:
@@ -88,7 +89,8 @@ class InitContextManager:
     ) -> None:
         default = self.context is get_default_context()
         try:
-            try_shutdown(context=None if default else self.context)  # None: the next init() gets a new one
+            # For the default context pass None: then the next init() gets a new default context.
+            try_shutdown(context=None if default else self.context)
         finally:
             if self._installed:
                 uninstall_signal_handlers()
@@ -104,9 +106,9 @@ def init(
     """Open a context (None: the default context) with `args` (None: `sys.argv`).
 
     By default SIGINT and SIGTERM end the default context, but not in IPython and notebooks, where an
-    interrupt ends a cell. They do not end other contexts. `signal_handler_options` changes this.
-    In a forked child this opens a new default context and does not touch the parent's.
-    Raises RuntimeError if the context was opened before, RCLError for bad arguments.
+    interrupt ends a cell. The signals do not end other contexts. `signal_handler_options` changes these
+    rules. In a forked child this function opens a new default context and does not touch the parent's. Raises
+    RuntimeError if the context was opened before, RCLError for bad arguments.
     """
     default = context is None
     if default and get_default_context().initialized:
@@ -120,7 +122,7 @@ def init(
             f'Context.init() must only be called once; {_explain_second_init(chosen, default)}'
         )
     chosen.init(args, domain_id=domain_id)
-    if signal_handler_options is not SignalHandlerOptions.NO:  # NO leaves another context's handlers alone
+    if signal_handler_options is not SignalHandlerOptions.NO:  # NO: keep the handlers of another context
         install_signal_handlers(signal_handler_options)
     return InitContextManager(chosen, signal_handler_options is not SignalHandlerOptions.NO)
 
@@ -150,7 +152,7 @@ def get_global_executor() -> Executor:
         raise NotInitializedException('cannot spin')
     from rclpy.executors import SingleThreadedExecutor
 
-    with _executor_lock:  # otherwise two threads could create one executor each
+    with _executor_lock:  # without the lock two threads could each create an executor
         executor = _global_executor
         if executor is None:
             executor = _global_executor = SingleThreadedExecutor()
@@ -169,7 +171,7 @@ def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None 
     """Close a context (None: the default context). Raises RuntimeError or RCLError if it is not open."""
     default = context is None
     if default:
-        _drop_global_executor()  # first, so that a spin() elsewhere returns instead of raising
+        _drop_global_executor()  # first, so that a spin() in another thread returns instead of raising
     try:
         _shutdown(context=context)
     finally:
@@ -191,7 +193,7 @@ def create_node(
     automatically_declare_parameters_from_overrides: bool = False,
     enable_logger_service: bool = False,
 ) -> Node:
-    """Create a node; the same as rclpy.node.Node(…)."""
+    """Create a node, as rclpy.node.Node(…) does."""
     from rclpy.node import Node
 
     return Node(
@@ -210,20 +212,20 @@ def create_node(
 
 
 def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
-    """Run at most one callback of `node`, waiting up to `timeout_sec` for one (None: without limit)."""
+    """Run at most one callback of `node`; wait up to `timeout_sec` for a callback (None: without limit)."""
     chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
     try:
         chosen.spin_once(timeout_sec=timeout_sec)
     finally:
-        if added:  # in a callback the executor has the node already, and keeps it
+        if added:  # in a callback `added` is False, since the executor has the node already
             chosen.remove_node(node)
 
 
 def spin(node: Node, executor: Executor | None = None) -> None:
-    """Run the callbacks of `node` until its context ends.
+    """Run the callbacks of `node` until the node's context ends.
 
-    Raises ExternalShutdownException if a signal ended it, KeyboardInterrupt on Ctrl-C.
+    Raises ExternalShutdownException if a signal ended the context, KeyboardInterrupt on Ctrl-C.
     """
     chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
@@ -237,7 +239,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
 
 
 def _tell_spin_in_constructor(node: Node) -> None:
-    """Warn that this spin runs no callbacks: the lines that create them come after it."""
+    """Warn that this spin() runs no callbacks, since the lines that create them follow after it."""
     kind = type(node).__name__
     node.get_logger().warning(
         f'rclpy.spin(self) in {kind}.__init__() runs a node that has no callbacks yet, and the lines behind '

@@ -53,7 +53,7 @@ class rmw_qos_profile_t:
 
     @staticmethod
     def predefined(qos_profile_name: str) -> QoS:
-        """Return the profile of a name like 'qos_profile_default'; raises ValueError for an unknown one."""
+        """Return the profile named for example 'qos_profile_default'; raises ValueError for unknown names."""
         try:
             profile: qos.QoSProfile = getattr(qos, qos_profile_name)
             return profile.get_c_qos_profile()
@@ -74,7 +74,7 @@ def rclpy_serialize(message: object, _message_type: type) -> bytes:
 
 
 def rclpy_remap_topic_name(node: NodeCore, topic_name: str) -> str:
-    """Return a fully-qualified name after the remapping rules of a node (Node.handle)."""
+    """Return the name that the remapping rules of a node (Node.handle) give to a fully-qualified name."""
     return node.resolve(topic_name)
 
 

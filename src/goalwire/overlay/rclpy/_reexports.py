@@ -1,10 +1,9 @@
-"""Names that rclpy's modules import for their own use, and that programs import from there.
+"""The names that rclpy's modules import for their own use, and that programs import from these modules.
 
-`from rclpy.node import ParameterDescriptor`, `from rclpy.executors import Future`: editors write such lines,
-and ROS 2 runs them. Each name is imported from its origin at its first use. With plain imports
-`import rclpy` would take a tenth longer and `import rclpy.node` twice as long: they load YAML and ROS 2's own
-interfaces.
-Source: the modules of rclpy 7.1.6 (ROS 2 Jazzy).
+Editors write lines such as `from rclpy.node import ParameterDescriptor`, and ROS 2 accepts them. Each name is
+imported from its origin at its first use. With plain imports, which would load YAML and ROS 2's own
+interfaces, `import rclpy` would take a tenth longer, and `import rclpy.node` twice as long. Source: the
+modules of rclpy 7.1.6 (ROS 2 Jazzy).
 """
 
 from __future__ import annotations
@@ -103,7 +102,10 @@ ORIGINS = {
     'unique_identifier_msgs.msg': 'UUID',
     'weakref': 'WeakMethod',
 }
-"""The module that defines each name; `a=b` is b under the name a. A name that is missing here is a module."""
+"""The module that defines each name; `a=b` is the module's b under the name a.
+
+Names missing here are modules.
+"""
 
 REEXPORTS = {
     'rclpy.action': (
@@ -248,7 +250,7 @@ REEXPORTS = {
 
 
 def reexport(module: str) -> None:
-    """Make the names of REEXPORTS available in a module of rclpy, beside those that it defines."""
+    """Make the names of REEXPORTS available in a module of rclpy, beside the module's own names."""
 
     def find(name: str) -> object:
         if name not in REEXPORTS[module].split():

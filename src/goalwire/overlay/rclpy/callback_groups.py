@@ -1,4 +1,4 @@
-"""rclpy.callback_groups: which callbacks may run at the same time."""
+"""rclpy.callback_groups: groups that set which callbacks may run at the same time."""
 
 from goalwire.execution.callback_groups import (
     CallbackGroup,

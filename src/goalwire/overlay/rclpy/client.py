@@ -25,8 +25,8 @@ class BaseClient(ClientCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
 class Client(BaseClient[RequestT, ResponseT]):
     """Calls one service. Made by Node.create_client."""
 
-    if TYPE_CHECKING:  # ClientCore's methods, with the types of this service
-        # pylint would take a body of dots for a function that returns None.
+    if TYPE_CHECKING:  # ClientCore's methods, typed for this service's messages
+        # With `...` as the body, pylint would assume that the function returns None.
 
         def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | Any:
             raise NotImplementedError
@@ -35,7 +35,7 @@ class Client(BaseClient[RequestT, ResponseT]):
             raise NotImplementedError
 
     def get_pending_request(self, sequence_number: int) -> Future[ResponseT]:
-        """Return the future of an unanswered request; raises KeyError."""
+        """Return the future of an unanswered request; raises KeyError for any other number."""
         return self.pending[sequence_number]
 
     def remove_pending_request(self, future: Future[Any]) -> None:

@@ -25,6 +25,6 @@ __all__ = [
 ]
 
 ClockHandle = Clock
-"""The type of `Clock.handle`, which replaces the C clock of rclpy."""
+"""The type of `Clock.handle`, which stands in for rclpy's C clock."""
 
 reexport(__name__)

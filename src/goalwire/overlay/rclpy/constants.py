@@ -1,4 +1,4 @@
-"""rclpy.constants: seconds in nanoseconds."""
+"""rclpy.constants: the number of nanoseconds in a second."""
 
 from goalwire.rules.time import S_TO_NS
 

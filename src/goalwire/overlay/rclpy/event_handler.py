@@ -72,7 +72,10 @@ _Callback: TypeAlias = Callable[[Any], object]
 
 
 class EventHandler(SelfDriven[EventStatus | None]):
-    """One callback for one kind of event. It is plain or `async def`, and runs in its callback group."""
+    """One callback for one kind of event.
+
+    The callback is plain or `async def`, and runs in its callback group.
+    """
 
     def __init__(
         self,
@@ -82,7 +85,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
         event_type: EventType,
         parent_impl: _Endpoint,
     ) -> None:
-        """Raises UnsupportedEventTypeError if the wire cannot detect it, TypeError for the wrong endpoint."""
+        """Raises UnsupportedEventTypeError if the wire lacks the event, TypeError for a wrong endpoint."""
         self.event_type = event_type
         self._reader = parent_impl.events.reader(event_type, callback_group, callback)
         self._index: int | None = None
@@ -98,23 +101,23 @@ class EventHandler(SelfDriven[EventStatus | None]):
         self._reader.callback = value
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Return whether the event is ready in the wait set it was added to."""
+        """Return whether the event is ready in the wait set to which it was added."""
         return self._index is not None and wait_set.is_ready('event', self._index)
 
     def take_data(self) -> EventStatus | None:
-        """Take the status with the changes since the last one; None without changes."""
+        """Take the event's status with the changes since the last status taken; None without changes."""
         self._check_alive()
         return self._reader.take()
 
     async def execute(self, taken_data: EventStatus | None) -> None:
-        """Call back with the data of `take_data`."""
+        """Call the callback with the status that `take_data` returned."""
         from rclpy.executors import await_or_execute
 
         if taken_data is not None:
             await await_or_execute(self.callback, taken_data)
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return the count of one event."""
+        """Return the numbers of entities: one event."""
         return NumberOfEntities(num_events=1)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
@@ -135,7 +138,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
 
 
 class QoSEventHandler(EventHandler):
-    """Another name of EventHandler, deprecated by ROS 2."""
+    """Another name for EventHandler, which ROS 2 has deprecated."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         warnings.warn(
@@ -153,7 +156,7 @@ class QoSEventHandler(EventHandler):
 class SubscriptionEventCallbacks:
     """The callbacks for a subscription's events.
 
-    Without a callback of the program's own, incompatible QoS and types are logged as warnings, unless
+    If the program sets no callbacks for incompatible QoS and types, these are logged as warnings, unless
     `use_default_callbacks` is false.
     """
 
@@ -184,7 +187,7 @@ class SubscriptionEventCallbacks:
 
 
 class PublisherEventCallbacks:
-    """The callbacks for a publisher's events; the defaults are those of SubscriptionEventCallbacks."""
+    """The callbacks for a publisher's events, with the same defaults as SubscriptionEventCallbacks."""
 
     def __init__(
         self,
@@ -234,7 +237,7 @@ _SUBSCRIPTION_EVENTS: dict[str, EventType] = {
     'incompatible_type': SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE,
     'matched': SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED,
 }
-"""Callbacks and their events, in the order of rclpy's list of handlers."""
+"""The names of callbacks and their events, in the order of rclpy's list of handlers."""
 
 _PUBLISHER_EVENTS: dict[str, EventType] = {
     'deadline': PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED,
@@ -262,7 +265,7 @@ def _handlers(
                 callback_group=group, callback=callback, event_type=event, parent_impl=endpoint
             )
         except UnsupportedEventTypeError:
-            if default is None:  # as in rclpy, only default callbacks may lack the event
+            if default is None:  # as in rclpy, only default callbacks may be for events that the wire lacks
                 raise
 
 

@@ -1,4 +1,4 @@
-"""rclpy.guard_condition: a callback that the program itself triggers."""
+"""rclpy.guard_condition: guard conditions, whose callbacks the program itself triggers."""
 
 from goalwire.execution.event_queue import GuardCondition
 from rclpy._reexports import reexport

@@ -1,4 +1,4 @@
-"""rclpy.logging: loggers by name, and the levels of all of them."""
+"""rclpy.logging: loggers by name, and the level of each logger."""
 
 from goalwire.logging import (
     LoggingSeverity,

@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 
 class LoggingService:
-    """Offers a node's two services; the node makes one if `enable_logger_service` is True."""
+    """Offers a node's two services for logger levels.
+
+    A node makes one such object if `enable_logger_service` is True.
+    """
 
     def __init__(self, node: BaseNode) -> None:
         offer_logger_services(node.handle)

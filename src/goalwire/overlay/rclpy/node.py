@@ -35,7 +35,10 @@ __all__ = ['HIDDEN_NODE_PREFIX', 'Node', 'NodeNameNonExistentError']
 
 
 class Node(TopicEndpoints):
-    """A node whose callbacks an executor runs. As in newer rclpy, the end of a `with` block destroys it."""
+    """A node whose callbacks an executor runs.
+
+    As in newer rclpy, the end of a `with` block destroys the node.
+    """
 
     _ros_executor: ReferenceType[Executor] | None = None
 
@@ -67,7 +70,7 @@ class Node(TopicEndpoints):
             new_executor.add_node(self)
             self._ros_executor = ref(new_executor)
 
-    # -- what it makes -------------------------------------------------------------------------------------
+    # -- creation of entities ------------------------------------------------------------------------------
 
     def create_client(
         self,
@@ -147,10 +150,10 @@ class Node(TopicEndpoints):
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
-        """Create a timer of a period in seconds, on the node's clock unless another is given.
+        """Create a timer with a period in seconds, on the node's clock unless another clock is given.
 
-        Raises RCLError below 0, TypeError or ValueError for anything but a number. A callback that is not a
-        function gives a warning, and raises TypeError when it is called.
+        Raises RCLError for a period below 0, TypeError or ValueError for a period that is not a number. A
+        callback that is not a function gives a warning, and raises TypeError when it is called.
         """
         self.handle.check_open()
         period_ns = timer_period_ns(timer_period_sec)
@@ -199,7 +202,7 @@ class Node(TopicEndpoints):
         return guard
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
-        """Create a rate whose `sleep` keeps `frequency` Hz; raises ValueError unless it is above 0."""
+        """Create a rate whose `sleep` keeps a loop at `frequency` Hz; raises ValueError for 0 or less."""
         if frequency <= 0:
             raise ValueError('frequency must be > 0')
         self.handle.check_open()
@@ -209,7 +212,7 @@ class Node(TopicEndpoints):
         self._ros_rates[rate] = timer
         return rate
 
-    # -- how it ends ---------------------------------------------------------------------------------------
+    # -- destruction ---------------------------------------------------------------------------------------
 
     def destroy_client(self, client: Client[Any, Any]) -> bool:
         """Destroy a client of this node; False if the node does not have it."""

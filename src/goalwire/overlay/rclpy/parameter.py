@@ -1,4 +1,4 @@
-"""rclpy.parameter: a name, a type and a value; and values from messages, text and files."""
+"""rclpy.parameter: the class Parameter, and functions that read values from messages, text and files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def parameter_value_to_python(parameter_value: ParameterValueMessage) -> Paramet
 
 
 def get_parameter_value(string_value: str) -> ParameterValueMessage:
-    """Return the value of a YAML text; a text that has no other type is a string."""
+    """Return the parameter value in a YAML text; a text that has no other type is a string."""
     from goalwire.entities.parameters.files import parameter_value_from_text
 
     return parameter_value_from_text(string_value)
@@ -41,9 +41,10 @@ def parameter_dict_from_yaml_file(
     target_nodes: list[str] | None = None,
     namespace: str = '',
 ) -> dict[str, ParameterMessage]:
-    """Return a file's parameters for `target_nodes` (None: for all nodes in it), by name.
+    """Return a file's parameters, by name, for `target_nodes` (None: for all nodes that it names).
 
-    With `use_wildcard` include those of names that have a `*`. Raises OSError, yaml.YAMLError, RuntimeError.
+    The parameters of names with a `*` are included only with `use_wildcard`. Raises OSError, yaml.YAMLError,
+    RuntimeError.
     """
     from goalwire.entities.parameters.files import parameters_from_yaml_file
 

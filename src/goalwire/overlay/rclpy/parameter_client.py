@@ -47,7 +47,7 @@ class AsyncParameterClient:
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
     ) -> None:
-        """Take the other node's name, relative or '/ns/name'; raises InvalidServiceNameException."""
+        """Make a client for the node named 'name' or '/ns/name'; raises InvalidServiceNameException."""
         from rcl_interfaces import srv
 
         def client(srv_type: Any, service: str) -> Client[Any, Any]:
@@ -66,7 +66,7 @@ class AsyncParameterClient:
         )
 
     def services_are_ready(self) -> bool:
-        """True while all six services are there."""
+        """True while all six parameter services are available."""
         return all(
             client.service_is_ready()
             for client in (
@@ -80,7 +80,7 @@ class AsyncParameterClient:
         )
 
     def wait_for_services(self, timeout_sec: float | None = None) -> bool:
-        """Block until all services are there; False after the timeout. This needs no executor."""
+        """Block until all six services are available; False after the timeout. No executor is needed."""
         return wait_for_graph(self.node.context, self.services_are_ready, timeout_sec)
 
     def list_parameters(
@@ -98,7 +98,7 @@ class AsyncParameterClient:
     def get_parameters(
         self, names: list[str], callback: Callable[[Future[GetParameters.Response]], object] | None = None
     ) -> Future[GetParameters.Response]:
-        """Get values; the response is empty if a parameter does not exist or has no value."""
+        """Get values of parameters; the response is empty if a parameter does not exist or has no value."""
         from rcl_interfaces.srv import GetParameters
 
         return _call(self._get_parameter_client, GetParameters.Request(names=names), callback)
@@ -108,7 +108,7 @@ class AsyncParameterClient:
         parameters: Sequence[AnyParameter],
         callback: Callable[[Future[SetParameters.Response]], object] | None = None,
     ) -> Future[SetParameters.Response]:
-        """Set each parameter on its own; the response has one result for each."""
+        """Set each parameter independently; the response has one result for each parameter."""
         from rcl_interfaces.srv import SetParameters
 
         request = SetParameters.Request(parameters=_messages(parameters))
@@ -119,7 +119,7 @@ class AsyncParameterClient:
         names: list[str],
         callback: Callable[[Future[DescribeParameters.Response]], object] | None = None,
     ) -> Future[DescribeParameters.Response]:
-        """Get descriptors; the response is empty if a parameter does not exist."""
+        """Get descriptors of parameters; the response is empty if a parameter does not exist."""
         from rcl_interfaces.srv import DescribeParameters
 
         return _call(self._describe_parameters_client, DescribeParameters.Request(names=names), callback)
@@ -129,7 +129,7 @@ class AsyncParameterClient:
         names: list[str],
         callback: Callable[[Future[GetParameterTypes.Response]], object] | None = None,
     ) -> Future[GetParameterTypes.Response]:
-        """Get types; the response is empty if a parameter does not exist."""
+        """Get types of parameters; the response is empty if a parameter does not exist."""
         from rcl_interfaces.srv import GetParameterTypes
 
         return _call(self._get_parameter_types_client, GetParameterTypes.Request(names=names), callback)
@@ -139,7 +139,7 @@ class AsyncParameterClient:
         parameters: Sequence[AnyParameter],
         callback: Callable[[Future[SetParametersAtomically.Response]], object] | None = None,
     ) -> Future[SetParametersAtomically.Response]:
-        """Set all parameters or none."""
+        """Set all the parameters together: all, or none if one is refused."""
         from rcl_interfaces.srv import SetParametersAtomically
 
         request = SetParametersAtomically.Request(parameters=_messages(parameters))
@@ -157,7 +157,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: Callable[[Future[SetParameters.Response]], object] | None = None,
     ) -> Future[SetParameters.Response]:
-        """Set a file's parameters, for any node name in it; raises as parameter_dict_from_yaml_file does."""
+        """Set the parameters of all nodes in a file; raises as parameter_dict_from_yaml_file does."""
         parameters = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters(list(parameters.values()), callback)
 
@@ -167,7 +167,7 @@ class AsyncParameterClient:
         use_wildcard: bool = False,
         callback: Callable[[Future[SetParametersAtomically.Response]], object] | None = None,
     ) -> Future[SetParametersAtomically.Response]:
-        """Set all parameters of a file or none; raises as parameter_dict_from_yaml_file does."""
+        """Set a file's parameters together: all or none; raises as parameter_dict_from_yaml_file does."""
         parameters = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters_atomically(list(parameters.values()), callback)
 
@@ -181,7 +181,7 @@ class AsyncParameterClient:
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
     ) -> Subscription[ParameterEvent]:
-        """Subscribe to /parameter_events, of every node; raises as Node.create_subscription does."""
+        """Subscribe to the /parameter_events of all nodes; raises as Node.create_subscription does."""
         from rcl_interfaces.msg import ParameterEvent
 
         return self.node.create_subscription(

@@ -27,7 +27,10 @@ __all__ = ['ParameterCallbackHandle', 'ParameterEventCallbackHandle', 'Parameter
 
 
 class ParameterEventHandler:
-    """Listens to /parameter_events until it is destroyed. Callbacks added last are called first."""
+    """Listens to /parameter_events until it is destroyed.
+
+    The callback that was added last is called first.
+    """
 
     def __init__(
         self,
@@ -38,7 +41,7 @@ class ParameterEventHandler:
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
     ) -> None:
-        """With `raw` the event callbacks get serialized events."""
+        """Subscribe to /parameter_events. With `raw` the event callbacks get serialized events."""
         from rcl_interfaces.msg import ParameterEvent
 
         self.node = node
@@ -60,25 +63,28 @@ class ParameterEventHandler:
         self.node.destroy_subscription(self.parameter_event_subscription)
 
     def _resolve_path(self, node_path: str = '') -> str:
-        """Return a node's full name; '' is this handler's node. Programs call this private name of rclpy."""
+        """Return a node's full name; '' means this handler's node.
+
+        Programs call this private method of rclpy.
+        """
         return self._callbacks.qualified(node_path)
 
     @staticmethod
     def get_parameter_from_event(
         event: ParameterEvent, parameter_name: str, node_name: str
     ) -> Parameter | None:
-        """Return the new value of a parameter of a node ('/ns/name'), None if it did not change."""
+        """Return a node's parameter with the new value in an event; None if it did not change."""
         return parameter_events.parameter_from_event(event, parameter_name, node_name)
 
     @staticmethod
     def get_parameters_from_event(event: ParameterEvent) -> Iterable[Parameter]:
-        """Return an event's new and changed parameters."""
+        """Return the new and the changed parameters in an event."""
         return parameter_events.parameters_from_event(event)
 
     def add_parameter_callback(
         self, parameter_name: str, node_name: str, callback: Callable[[Parameter], object]
     ) -> ParameterCallbackHandle:
-        """Call `callback(parameter)` when a node's parameter gets a value; '' is this handler's node."""
+        """Call `callback(parameter)` when a node's parameter gets a value; '' means this handler's node."""
         return self._callbacks.add_parameter(parameter_name, node_name, callback)
 
     def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
@@ -88,7 +94,7 @@ class ParameterEventHandler:
     def add_parameter_event_callback(
         self, callback: Callable[[ParameterEvent], object]
     ) -> ParameterEventCallbackHandle:
-        """Call `callback(event)` with every event."""
+        """Call `callback(event)` with every event from now on."""
         return self._callbacks.add_event(callback)
 
     def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:

@@ -15,7 +15,7 @@ class Publisher(PublisherCore[MsgT], TopicEndpoint):
     """Publishes on one topic. Made by Node.create_publisher."""
 
     def get_subscription_count(self) -> int:
-        """Return how many subscriptions match; raises InvalidHandle once destroyed."""
+        """Return how many subscriptions match this publisher; raises InvalidHandle once destroyed."""
         return self.subscription_count()
 
     def assert_liveliness(self) -> None:
@@ -27,8 +27,8 @@ class Publisher(PublisherCore[MsgT], TopicEndpoint):
     def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:
         """Wait until every reliable subscription has acknowledged all messages; False after a timeout.
 
-        Return True at once on a wire that has no acknowledgements, only flow control. Raises InvalidHandle
-        once destroyed.
+        On a wire that has only flow control, without acknowledgements, this returns True at once. Raises
+        InvalidHandle once destroyed.
         """
         return self.wait_for_acknowledgements(None if timeout.nanoseconds < 0 else timeout.nanoseconds)
 

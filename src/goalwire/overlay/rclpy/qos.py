@@ -109,9 +109,10 @@ def _duration(policy: str, value: Duration) -> Duration:
 
 
 class QoSProfile:
-    """Quality of service of an endpoint. It needs a depth or KEEP_ALL; the other policies have defaults.
+    """The quality of service of an endpoint.
 
-    As in rclpy, setters raise AssertionError for a wrong type and ValueError for an unknown number.
+    A depth or KEEP_ALL is required; the other policies have defaults. As in rclpy, setters raise
+    AssertionError for a wrong type and ValueError for an unknown number.
     """
 
     __slots__ = [
@@ -134,7 +135,8 @@ class QoSProfile:
         self.history = kwargs.get('history', HistoryPolicy.KEEP_LAST)
         if self.history is HistoryPolicy.KEEP_LAST and 'depth' not in kwargs:
             raise InvalidQoSProfileException('History set to KEEP_LAST without a depth setting.')
-        self.depth = kwargs.get('depth', 10)  # with KEEP_ALL the depth has no effect, but other nodes see it
+        # With KEEP_ALL the depth has no effect, but other nodes see the depth.
+        self.depth = kwargs.get('depth', 10)
         self.reliability = kwargs.get('reliability', ReliabilityPolicy.RELIABLE)
         self.durability = kwargs.get('durability', DurabilityPolicy.VOLATILE)
         self.lifespan = kwargs.get('lifespan', Duration())
@@ -167,7 +169,7 @@ class QoSProfile:
             warnings.warn(
                 "A zero depth with KEEP_LAST doesn't make sense; no data could be stored. "
                 'This will be interpreted as SYSTEM_DEFAULT',
-                stacklevel=3,  # the line that asked for the profile, not the constructor
+                stacklevel=3,  # so that the warning shows the caller's line
             )
         self._depth = value
 
@@ -238,7 +240,10 @@ class QoSProfile:
 
     @classmethod
     def of(cls, qos_or_depth: QoSProfile | int) -> QoSProfile:
-        """Return the profile, or a profile of that depth. Raises TypeError for others, ValueError below 0."""
+        """Return a given profile, or for an int a profile of that depth.
+
+        Raises TypeError for anything else, ValueError for a depth below 0.
+        """
         given: object = qos_or_depth
         if isinstance(given, QoSProfile):
             return given
@@ -255,7 +260,7 @@ class QoSProfile:
         raise TypeError(f'Expected QoSProfile or int, but received {shown}: {hint}')
 
     def to_core(self) -> QoS:
-        """Return the frozen form that the layers below rclpy use."""
+        """Return the profile in the frozen form that the layers below rclpy use."""
         return QoS(
             depth=self.depth,
             history=self.history,
@@ -270,7 +275,7 @@ class QoSProfile:
 
     @classmethod
     def from_core(cls, qos: QoS) -> Self:
-        """Return the mutable form of a frozen profile, as discovery shows it."""
+        """Return a mutable profile with the values of a frozen profile, for example one from discovery."""
         profile = cls(
             history=HistoryPolicy.KEEP_ALL,
             reliability=qos.reliability,
@@ -281,12 +286,12 @@ class QoSProfile:
             liveliness_lease_duration=Duration(nanoseconds=qos.lease_ns),
             avoid_ros_namespace_conventions=qos.avoid_ros_namespace_conventions,
         )
-        # No checks here: a peer may have KEEP_LAST with depth 0, and that is not an error of this program.
+        # Not checked: a peer may have KEEP_LAST with depth 0, which is not an error of this program.
         profile._history, profile._depth = qos.history, qos.depth
         return profile
 
     def get_c_qos_profile(self) -> QoS:
-        """Return the frozen form, in place of rclpy's C profile."""
+        """Return the profile in its frozen form, which stands in for rclpy's C profile."""
         return self.to_core()
 
     def __eq__(self, other: object) -> bool:
@@ -330,7 +335,7 @@ qos_profile_action_status_default = QoSProfile.from_core(core.ACTION_STATUS_DEFA
 
 
 class QoSPresetProfiles(Enum):
-    """ROS 2's ready-made profiles. As in rclpy, equal profiles are one member with two names."""
+    """ROS 2's predefined profiles. As in rclpy, equal profiles are one enum member with two names."""
 
     UNKNOWN = qos_profile_unknown
     DEFAULT = qos_profile_default
@@ -345,12 +350,12 @@ class QoSPresetProfiles(Enum):
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Return the names in lower case, as command lines spell them."""
+        """Return the profiles' names in lower case, as command lines spell them."""
         return [name.lower() for name in cls.__members__]
 
     @classmethod
     def get_from_short_key(cls, name: str) -> QoSProfile:
-        """Return the profile behind a short key; raises KeyError for an unknown one."""
+        """Return the profile with a short key; raises KeyError for an unknown key."""
         profile: QoSProfile = cls[name.upper()].value
         return profile
 
@@ -358,7 +363,7 @@ class QoSPresetProfiles(Enum):
 def qos_check_compatible(
     publisher_qos: QoSProfile, subscription_qos: QoSProfile
 ) -> tuple[QoSCompatibility, str]:
-    """Return whether DDS matches a publisher and a subscription of these profiles, and why not."""
+    """Return whether a publisher and a subscription with these profiles match on DDS, and why not."""
     return check_compatible(publisher_qos.to_core(), subscription_qos.to_core())
 
 

@@ -46,9 +46,9 @@ _BY_DEFAULT = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABI
 
 
 class QoSOverridingOptions:
-    """The policies that parameters may set, and a callback that checks the result.
+    """The policies that parameters may set, and a callback that checks the resulting profile.
 
-    `entity_id` tells several publishers or subscriptions of one topic apart.
+    `entity_id` distinguishes several publishers or subscriptions of one node on one topic.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class QoSOverridingOptions:
 
     @property
     def callback(self) -> QosCallbackType | None:
-        """The function that accepts or refuses the profile after the overrides."""
+        """The function that accepts or refuses the profile that results from the overrides."""
         return self._callback
 
     @property
@@ -118,7 +118,8 @@ def _declare_qos_parameters(
 ) -> None:
     """Declare the parameters of a publisher or subscription, and set their values in `qos`.
 
-    Programs call this private name of rclpy. Raises TypeError for another type, and as `overridden`.
+    Programs call this private function of rclpy. Raises TypeError unless `entity_type` is a Publisher or
+    Subscription, and as `overridden` does.
     """
     from goalwire.entities.publisher import PublisherCore
     from goalwire.entities.subscription import SubscriptionCore
@@ -133,7 +134,7 @@ def _declare_qos_parameters(
 
 
 def _get_qos_policy_parameter(qos: QoSProfile, policy: QoSPolicyKind) -> rules.OverrideValue:
-    """Return the parameter value for a policy of `qos`. Programs call this private name of rclpy."""
+    """Return the parameter's value for a policy of `qos`. Programs call this private function of rclpy."""
     return rules.value_of(qos.to_core(), PolicyKind(policy))
 
 

@@ -1,4 +1,4 @@
-"""rclpy.serialization: messages to bytes and back."""
+"""rclpy.serialization: converts messages to bytes and back."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
     def service_take_request(
         self, srv_request_type: type[RequestT]
     ) -> tuple[RequestT, Request] | tuple[None, None]:
-        """Take a request and its header, as rclpy's handle offers it; (None, None) if none waits."""
+        """Take a waiting request and its header, like rclpy's handle; return (None, None) if none waits."""
         return self.take() or (None, None)
 
 

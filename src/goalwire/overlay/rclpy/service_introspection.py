@@ -1,4 +1,4 @@
-"""rclpy.service_introspection: the parts of service calls that are published."""
+"""rclpy.service_introspection: the states that set which parts of service calls are published."""
 
 from goalwire.entities.service_introspection import ServiceIntrospectionState
 from rclpy._reexports import reexport

@@ -32,7 +32,7 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
         return self.CallbackType(int(self._wants_info))
 
     def get_publisher_count(self) -> int:
-        """Return how many publishers match; raises InvalidHandle once destroyed."""
+        """Return how many publishers match this subscription; raises InvalidHandle once destroyed."""
         return self.publisher_count()
 
     @property
@@ -45,7 +45,7 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
         self.set_callback(value)
 
     def take_message(self, msg_type: type[MsgT], raw: bool) -> tuple[Any, MessageInfo] | None:
-        """Take a message, as rclpy's handle offers it to waitables; None if there is none.
+        """Take a waiting message, as waitables do with rclpy's handle; return None if there is no message.
 
         The message has this subscription's type, or is serialized if the subscription is `raw`.
         """

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class ContentFilterOptions(NamedTuple):
-    """A DDS filter: 'x > %0' with '%0' from the parameters."""
+    """A content filter of DDS, for example 'x > %0', where '%0' stands for the first parameter."""
 
     filter_expression: str
     expression_parameters: Sequence[str]

@@ -1,4 +1,4 @@
-"""rclpy.task: results that come later."""
+"""rclpy.task: futures and tasks, whose results come later."""
 
 from goalwire.execution.future import Future
 from goalwire.execution.task import Task

@@ -9,6 +9,6 @@ from rclpy.duration import Duration
 __all__ = ['S_TO_NS', 'ClockType', 'Duration', 'Time', 'TimeHandle']
 
 TimeHandle = Time
-"""The type of `Time.handle`: the time itself, since there is no C object."""
+"""The type of `Time.handle`, which is the Time itself, since there is no C object."""
 
 reexport(__name__)

@@ -25,7 +25,7 @@ __all__ = ['CLOCK_TOPIC', 'USE_SIM_TIME_NAME', 'TimeSource']
 
 
 class ListedClockSubscription(ClockSubscription, Subscription[Any]):
-    """The subscription to /clock, which Node.subscriptions contains, as in rclpy."""
+    """The subscription to /clock in a form that Node.subscriptions can list, as in rclpy."""
 
 
 class ClockedNode(NodeParameters):
@@ -35,11 +35,11 @@ class ClockedNode(NodeParameters):
 
         @property
         def default_callback_group(self) -> CallbackGroup:
-            """The exclusive group of every callback that names no group."""
+            """The mutually exclusive group of all callbacks that have no other group."""
 
 
 class TimeSource(TimeSourceCore):
-    """Follows the parameter `use_sim_time` of a node."""
+    """Sets clocks from /clock while a node's parameter `use_sim_time` is true."""
 
     def __init__(self, *, node: ClockedNode | None = None) -> None:
         super().__init__()
@@ -48,7 +48,7 @@ class TimeSource(TimeSourceCore):
             self.attach_node(node)
 
     def attach_node(self, node: ClockedNode) -> None:
-        """Follow `node`'s parameter, and declare it if necessary. This detaches an earlier node.
+        """Follow `node`'s parameter `use_sim_time`, and declare it if necessary; detach an earlier node.
 
         Raises TypeError for anything but a node.
         """
@@ -65,7 +65,7 @@ class TimeSource(TimeSourceCore):
             self._subscribe()
 
     def detach_node(self) -> None:
-        """Stop listening to /clock; the clocks keep their time."""
+        """Stop listening to /clock; the clocks keep their present time."""
         self._unsubscribe()
         node = self._get_node()
         if node is not None:
@@ -73,7 +73,7 @@ class TimeSource(TimeSourceCore):
         self._node = None
 
     def attach_clock(self, clock: ROSClock) -> None:
-        """Set `clock`, too, from now on. Raises ValueError if it is not a clock of ROS_TIME."""
+        """Also set `clock` from now on. Raises ValueError if its clock type is not ROS_TIME."""
         if not isinstance(clock, ROSClock):
             raise ValueError('Only clocks with type ROS_TIME can be attached.')  # noqa: TRY004 - rclpy's own
         super().attach_clock(clock)

@@ -1,4 +1,4 @@
-"""rclpy.timer: periodic callbacks, and a rate to sleep by."""
+"""rclpy.timer: timers, which call back periodically, and Rate, which keeps a loop at a frequency."""
 
 from goalwire.execution.timer import Rate, Timer, TimerInfo
 from rclpy._reexports import reexport

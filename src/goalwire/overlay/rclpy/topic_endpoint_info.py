@@ -1,4 +1,4 @@
-"""rclpy.topic_endpoint_info: one publisher or subscription in the graph."""
+"""rclpy.topic_endpoint_info: information about a publisher or subscription in the graph."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class TopicEndpointInfo:
 
     @property
     def topic_type_hash(self) -> TypeHash:
-        """The type's hash; also set from a mapping of TypeHash's arguments."""
+        """The type's hash. It may also be set by a mapping of TypeHash's arguments."""
         return self._topic_type_hash
 
     @topic_type_hash.setter
@@ -119,7 +119,7 @@ class TopicEndpointInfo:
 
     @property
     def endpoint_type(self) -> TopicEndpointTypeEnum:
-        """Publisher or subscription; also set from the number."""
+        """Publisher or subscription. It may also be set by the number."""
         return self._endpoint_type
 
     @endpoint_type.setter
@@ -141,7 +141,7 @@ class TopicEndpointInfo:
 
     @property
     def qos_profile(self) -> QoSProfile:
-        """The endpoint's QoS; also set from a mapping of QoSProfile's arguments."""
+        """The endpoint's QoS. It may also be set by a mapping of QoSProfile's arguments."""
         return self._qos_profile
 
     @qos_profile.setter
@@ -158,7 +158,7 @@ class TopicEndpointInfo:
     __hash__ = None  # type: ignore[assignment]
 
     def __str__(self) -> str:
-        """The text of `ros2 topic info --verbose`."""
+        """Return the text that `ros2 topic info --verbose` prints."""
         qos = self.qos_profile
         depth = f' ({qos.depth})' if qos.history is HistoryPolicy.KEEP_LAST else ''
         return '\n'.join(

@@ -1,4 +1,4 @@
-"""rclpy.topic_or_service_is_hidden: tells names that tools hide by default."""
+"""rclpy.topic_or_service_is_hidden: recognizes the names that tools hide by default."""
 
 from goalwire.rules.names import is_hidden_name
 

@@ -1,4 +1,4 @@
-"""rclpy.type_description_service: a node describes the types that it uses."""
+"""rclpy.type_description_service: the service by which a node describes the types that it uses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class _ListsServices(Protocol):
 
 
 class TypeDescriptionService:
-    """Offers `~/get_type_description`, unless the node's parameter disables it."""
+    """Offers the service `~/get_type_description` of a node, unless a parameter of the node disables it."""
 
     def __init__(self, node: NodeParameters) -> None:
         descriptions = TypeDescriptions(node)

@@ -9,7 +9,10 @@ _UNSET_VERSION = -1
 
 
 class TypeHash:
-    """The SHA-256 of a type's description; version 1 is RIHS01, a lower version means: unknown."""
+    """The SHA-256 of a type's description.
+
+    Version 1 is RIHS01; a lower version means that the hash is unknown.
+    """
 
     __slots__ = ['_value', '_version']
 
@@ -19,7 +22,7 @@ class TypeHash:
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """Return the hash that 'RIHS01_<64 hex digits>' spells; an unknown one for anything else."""
+        """Return the hash in a text 'RIHS01_<64 hex digits>'; for any other text an unknown hash."""
         prefix, _, digits = text.partition('_')
         try:
             version, value = int(prefix.removeprefix('RIHS')), bytes.fromhex(digits)
@@ -29,7 +32,7 @@ class TypeHash:
 
     @property
     def version(self) -> int:
-        """The version of the hash's own rules."""
+        """The version of the rules by which the hash was made."""
         return self._version
 
     @version.setter

@@ -1,4 +1,4 @@
-"""rclpy.type_support: checks for message, service and action classes, and the types for annotations.
+"""rclpy.type_support: checks whether a class is a message, service or action; types for annotations.
 
 The generic names are those of rclpy 9 (ROS 2 Kilted); `MsgType` and similar names are those of rclpy 7.
 """

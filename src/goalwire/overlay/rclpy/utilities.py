@@ -1,4 +1,4 @@
-"""rclpy.utilities: the default context, its state, and RMW implementations."""
+"""rclpy.utilities: the default context, its state, and the names of RMW implementations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ g_context_lock = threading.Lock()
 
 
 def get_default_context(*, shutting_down: bool = False) -> Context:
-    """Return the context used by default; after a shutdown it is a new context."""
+    """Return the default context. After a shutdown a new context takes its place."""
     global g_default_context  # noqa: PLW0603 - rclpy's own name
     with g_context_lock:
         if g_default_context is None:
@@ -36,17 +36,17 @@ def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
 
 
 def ok(*, context: Context | None = None) -> bool:
-    """True while the context is open."""
+    """True while a context (None: the default context) is open."""
     return (get_default_context() if context is None else context).ok()
 
 
 def shutdown(*, context: Context | None = None) -> None:
-    """Close a context; raises RuntimeError or RCLError if it is not open."""
+    """Close a context (None: the default context); raises RuntimeError or RCLError if it is not open."""
     (get_default_context(shutting_down=True) if context is None else context).shutdown()
 
 
 def try_shutdown(*, context: Context | None = None) -> None:
-    """Close a context if it is open."""
+    """Close a context (None: the default context) if it is open."""
     (get_default_context(shutting_down=True) if context is None else context).try_shutdown()
 
 
@@ -56,10 +56,10 @@ def get_rmw_implementation_identifier() -> str:
 
 
 def get_available_rmw_implementations() -> set[str]:
-    """Return the wires that RMW_IMPLEMENTATION may name and that reach other processes.
+    """Return the names for RMW_IMPLEMENTATION of the wires that reach other processes.
 
-    Test suites start processes on each of these and wait for their discovery. So 'goalwire_memory' is missing
-    here, although RMW_IMPLEMENTATION may name it.
+    'goalwire_memory' is not in the list, although RMW_IMPLEMENTATION may name it: test suites start processes
+    on each wire in the list, and wait until the processes discover each other.
     """
     return registry.available() - {registry.WITHIN_ONE_PROCESS}
 

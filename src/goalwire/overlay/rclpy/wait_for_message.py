@@ -24,7 +24,7 @@ def wait_for_message(
     qos_profile: QoSProfile | int = 1,
     time_to_wait: float = -1,
 ) -> tuple[Literal[True], MsgT] | tuple[Literal[False], None]:
-    """Wait for a message and return (True, message); (False, None) after `time_to_wait` s or at shutdown.
+    """Wait for a message and return (True, message), or (False, None) after `time_to_wait` s or at shutdown.
 
     A negative time means no limit. The node need not spin. Raises as Node.create_subscription does.
     """

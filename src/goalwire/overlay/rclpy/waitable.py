@@ -1,4 +1,4 @@
-"""rclpy.waitable: the base of a program's own sources of callbacks."""
+"""rclpy.waitable: the base class for sources of callbacks that a program defines itself."""
 
 from goalwire.execution.waitable import NumberOfEntities, Waitable
 

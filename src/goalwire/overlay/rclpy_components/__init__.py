@@ -1,4 +1,4 @@
-"""rclpy_components: containers that load nodes written in Python, by their entry points.
+"""rclpy_components: containers, which load nodes written in Python, found by their entry points.
 
 A component is a class derived from rclpy's Node. Its package names it in the group `rclpy_components` of its
 entry points, as in `my_robot::Camera = my_robot.camera:Camera`.

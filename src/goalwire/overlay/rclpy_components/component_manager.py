@@ -16,7 +16,7 @@ from goalwire.launching.source_modules import offer_source_modules
 
 
 class ComponentManager(Node):
-    """Loads components into the executor that spins it; its services are those of ROS 2's containers."""
+    """Loads components into the executor that spins this node. It has the services of ROS 2's containers."""
 
     def __init__(self, executor: Executor, name: str = 'py_component_manager', **options: Any) -> None:
         super().__init__(name, **options)
@@ -72,7 +72,10 @@ class ComponentManager(Node):
 
 
 def component_class(package: str, plugin: str) -> type[Node]:
-    """Return a component's class. Raises LookupError for an unknown one, TypeError if it is not a Node."""
+    """Return a component's class.
+
+    Raises LookupError for an unknown component, TypeError for a non-Node class.
+    """
     for point in [*entry_points(group=COMPONENTS), *source_components(package)]:
         if point.name == plugin:
             return _loaded(point)

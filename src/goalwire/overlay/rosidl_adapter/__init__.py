@@ -1,1 +1,4 @@
-"""rosidl_adapter: only its parser, for tools that import it. Goalwire needs no conversion to IDL."""
+"""rosidl_adapter: only the parser of ROS 2's package, for tools that import it.
+
+Goalwire does not convert definitions to IDL.
+"""

@@ -1,4 +1,4 @@
-"""The valid names of packages, messages, fields and constants, and the errors of a definition."""
+"""The rules for names of packages, messages, fields and constants, and the errors for bad definitions."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ _DERIVED = ('_Request', '_Response', '_Goal', '_Result', '_Feedback')
 
 
 class InvalidSpecification(Exception):
-    """A definition that breaks the rules of .msg, .srv and .action files."""
+    """An error for a definition that breaks the rules of .msg, .srv and .action files."""
 
 
 class InvalidActionSpecification(InvalidSpecification):
-    """An action that does not consist of three parts."""
+    """An error for a definition of an action that does not consist of three parts."""
 
 
 class InvalidServiceSpecification(InvalidSpecification):
-    """A service that does not consist of two parts."""
+    """An error for a definition of a service that does not consist of two parts."""
 
 
 class InvalidResourceName(InvalidSpecification):
-    """A type with an invalid name."""
+    """An error for a type with an invalid name."""
 
 
 class InvalidFieldDefinition(InvalidSpecification):
-    """A line without a name after the type."""
+    """An error for a line that has no name after the type."""
 
 
 class UnknownMessageType(InvalidSpecification):
-    """A field whose type is not among the known ones."""
+    """An error for a field whose type is not known."""
 
 
 def is_valid_package_name(name: str) -> bool:

@@ -1,4 +1,4 @@
-"""The types of fields and the values in definitions, under rosidl_adapter's names."""
+"""The types of fields and the values in definitions, as classes with rosidl_adapter's names."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
 
 
 class InvalidValue(Exception):
-    """A text that is not a value of the field's or constant's type."""
+    """An error for a text that is not a value of the field's or constant's type."""
 
     def __init__(self, type_: Type | str, value_string: str, message_suffix: str | None = None) -> None:
         text = f"value '{value_string}' can not be converted to type '{type_}'"
@@ -35,10 +35,10 @@ class InvalidValue(Exception):
 
 
 class BaseType:
-    """A type without brackets: a primitive (`pkg_name` is None) or a message.
+    """A type without array brackets: a primitive (`pkg_name` is None) or a message.
 
-    `context_package_name` is the package of messages named without a package. Raises InvalidResourceName,
-    and TypeError for a bound that is not a positive number.
+    `context_package_name` is the package of messages that are named without a package. Raises
+    InvalidResourceName, and TypeError for a bound that is not a positive number.
     """
 
     __slots__ = ['pkg_name', 'string_upper_bound', 'type']
@@ -81,7 +81,7 @@ class BaseType:
 
 
 class Type(BaseType):
-    """A type with its brackets, if any. Raises as BaseType."""
+    """A type with its array brackets, if it has any. Raises the errors of BaseType."""
 
     __slots__ = ['array_size', 'is_array', 'is_upper_bound']
 
@@ -107,11 +107,11 @@ class Type(BaseType):
         super().__init__(type_string, context_package_name)
 
     def is_dynamic_array(self) -> bool:
-        """Return whether this is an array without a fixed size."""
+        """Return whether the type is an array without a fixed size."""
         return self.is_array and (not self.array_size or self.is_upper_bound)
 
     def is_fixed_size_array(self) -> bool:
-        """Return whether this is an array with a fixed size."""
+        """Return whether the type is an array with a fixed size."""
         return self.is_array and bool(self.array_size) and not self.is_upper_bound
 
     def __eq__(self, other: object) -> bool:
@@ -128,7 +128,7 @@ class Type(BaseType):
 
 
 def parse_value_string(type_: Type, value_string: str) -> Primitive | list[Primitive]:
-    """Parse a default: one value, or [a, b, …].
+    """Parse the default value of a field: one value, or [a, b, …].
 
     Raises InvalidValue, and NotImplementedError for messages, which have no defaults.
     """
@@ -154,7 +154,7 @@ def parse_value_string(type_: Type, value_string: str) -> Primitive | list[Primi
 
 
 def parse_string_array_value_string(element_string: str, expected_size: int | None) -> list[str]:
-    """Split the text of an array into strings: at commas outside quotes, and without the quotes.
+    """Split the text of an array at commas outside quotes, and return the strings without their quotes.
 
     Raises ValueError for quotes that do not match, and for a comma where a string should be.
     """
@@ -178,13 +178,13 @@ def parse_string_array_value_string(element_string: str, expected_size: int | No
 
 
 def find_matching_end_quote(string: str, quote: str) -> int:
-    """Return the number of characters between the quote at string[0] and the closing quote, else -1."""
+    """Return how many characters are between the quote string[0] and the closing quote; -1 without it."""
     found = re.compile(rf'{quote}((?:\\.|[^\\{quote}])*){quote}', re.DOTALL).match(string)
     return len(found[1]) if found else -1
 
 
 def parse_primitive_value_string(type_: Type, value_string: str) -> Primitive:
-    """Parse one value. Raises InvalidValue, and ValueError for a type that does not hold one primitive."""
+    """Parse one value of a primitive type. Raises InvalidValue, and ValueError for any other type."""
     if not type_.is_primitive_type() or type_.is_array:
         raise ValueError('the passed type must be a non-array primitive type')
     name = type_.type

@@ -1,6 +1,6 @@
 """rosidl_adapter.parser: parses .msg, .srv and .action files into specifications, for ROS 2's tools.
 
-Message classes are made by goalwire.idl.grammar, which is stricter.
+Goalwire makes its message classes by another parser, goalwire.idl.grammar, which is stricter.
 """
 
 from __future__ import annotations
@@ -116,14 +116,17 @@ _UNIT = re.compile(r'(\s*\[([^,\]]+)\])')
 
 
 class Annotations(TypedDict, total=False):
-    """The annotations of a definition: comment lines, and the unit in square brackets in them."""
+    """The annotations of a definition: its comment lines, and the unit that they give in square brackets."""
 
     comment: list[str]
     unit: str
 
 
 class Constant:
-    """A constant. Raises TypeError, NameError, ValueError and InvalidValue for invalid arguments."""
+    """A constant of a definition.
+
+    Raises TypeError, NameError, ValueError, InvalidValue for invalid arguments.
+    """
 
     __slots__ = ['annotations', 'name', 'type', 'value']
 
@@ -151,7 +154,7 @@ class Constant:
 
 
 class Field:
-    """A field. Raises TypeError, NameError and InvalidValue for invalid arguments."""
+    """A field of a definition. Raises TypeError, NameError and InvalidValue for invalid arguments."""
 
     def __init__(self, type_: Type, name: str, default_value_string: str | None = None) -> None:
         if not isinstance(type_, Type):
@@ -180,7 +183,7 @@ class Field:
 
 
 class MessageSpecification:
-    """A message. Raises TypeError and ValueError for fields and constants that cannot be in one."""
+    """The definition of a message. Raises TypeError and ValueError for invalid fields and constants."""
 
     def __init__(
         self, pkg_name: str, msg_name: str, fields: Iterable[Field], constants: Iterable[Constant]
@@ -297,12 +300,12 @@ def parse_message_string(pkg_name: str, msg_name: str, message_string: str) -> M
     fields: list[Field] = []
     constants: list[Constant] = []
     latest: Field | Constant | None = None
-    waiting: list[str] = []  # comments stand above their subject
+    waiting: list[str] = []  # comments above the field or constant that they describe
     for line in map(str.rstrip, lines):
         code, sign, comment = line.partition(COMMENT_DELIMITER)
         if sign:
             comment = comment.lstrip(COMMENT_DELIMITER)
-            if code and not code.strip():  # an indented comment continues the one above
+            if code and not code.strip():  # an indented comment continues the comment above
                 if latest is not None:
                     latest.annotations['comment'].append(comment)
                 continue
@@ -333,7 +336,10 @@ def extract_file_level_comments(message_string: str) -> tuple[list[str], list[st
 
 
 def process_comments(instance: MessageSpecification | Field | Constant) -> None:
-    """Clean up the comment lines of `annotations`. If they have one unit, move it to `unit`."""
+    """Clean up the comment lines in `annotations`.
+
+    If they name exactly one unit, move it to the key `unit`.
+    """
     lines = instance.annotations.get('comment')
     if lines is None:
         return
@@ -371,7 +377,7 @@ def validate_field_types(
 
 
 def _member(package: str, message: str, line: str) -> Field | Constant:
-    """Return the field or the constant in a line that has no comment."""
+    """Return the field or constant that a line defines; the line has no comment."""
     type_text, _, rest = line.partition(' ')
     name, equals, value = rest.partition(CONSTANT_SEPARATOR)
     if not rest.strip():
@@ -395,7 +401,7 @@ def _name_and_text(file: str) -> tuple[str, str]:
 
 
 def _parts(text: str, separator: str) -> list[str]:
-    """Return the parts of the text between separator lines."""
+    """Return the parts into which separator lines divide the text."""
     parts: list[list[str]] = [[]]
     for line in text.splitlines():
         if line == separator:

@@ -1,1 +1,1 @@
-"""The part of rosidl_parser that SLOT_TYPES of message classes use: rosidl_parser.definition."""
+"""rosidl_parser: only its module `definition`, whose types SLOT_TYPES of message classes contain."""

@@ -53,7 +53,7 @@ class BasicType(AbstractNestableType):
 
 
 class NamedType(AbstractNestableType):
-    """A type named without namespaces."""
+    """A type that is given by a name without namespaces."""
 
     __slots__ = ('name',)
 
@@ -62,7 +62,7 @@ class NamedType(AbstractNestableType):
 
 
 class NamespacedType(AbstractNestableType):
-    """A message: namespaces ['geometry_msgs', 'msg'], name 'Pose'."""
+    """A message type, for example with namespaces ['geometry_msgs', 'msg'] and name 'Pose'."""
 
     __slots__ = ('name', 'namespaces')
 
@@ -117,7 +117,7 @@ class UnboundedWString(AbstractWString):
 
 
 class AbstractNestedType(AbstractType):
-    """Arrays and sequences of `value_type`."""
+    """The base of the types of arrays and sequences, whose elements have the type `value_type`."""
 
     __slots__ = ('value_type',)
 

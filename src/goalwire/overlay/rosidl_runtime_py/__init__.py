@@ -1,4 +1,4 @@
-"""rosidl_runtime_py: messages as dictionaries, YAML and CSV, and interfaces by their names."""
+"""rosidl_runtime_py: converts messages to dictionaries, YAML and CSV, and finds interfaces by name."""
 
 from rosidl_runtime_py.convert import (
     get_message_slot_types,

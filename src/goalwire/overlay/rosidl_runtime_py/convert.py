@@ -1,4 +1,4 @@
-"""rosidl_runtime_py.convert: a message as an OrderedDict, as YAML, as comma-separated values."""
+"""rosidl_runtime_py.convert: converts a message to an OrderedDict, to YAML, or to comma-separated values."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Message(Protocol):
 
 @record
 class _Style:
-    """How values are shortened; a length of None shortens nothing."""
+    """The rules for shortening values; a length of None means that nothing is shortened."""
 
     truncate_length: int | None
     no_arr: bool
@@ -50,7 +50,7 @@ def message_to_yaml(
     no_str: bool = False,
     flow_style: bool = False,
 ) -> str:
-    """Return the message as a YAML document, its fields in order; `flow_style` puts lists on one line."""
+    """Return the message as a YAML document with its fields in order; `flow_style` puts lists on one line."""
     import yaml
 
     fields = message_to_ordereddict(msg, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str)
@@ -63,16 +63,17 @@ def message_to_yaml(
 def message_to_csv(
     msg: Message, *, truncate_length: int | None = None, no_arr: bool = False, no_str: bool = False
 ) -> str:
-    """Return the values in the order of their fields, joined by commas; nothing is quoted."""
+    """Return a message's values in the order of its fields, joined by commas and never quoted."""
     return _csv_message(msg, _Style(truncate_length, no_arr, no_str))
 
 
 def message_to_ordereddict(
     msg: Message, *, truncate_length: int | None = None, no_arr: bool = False, no_str: bool = False
 ) -> OrderedDict[str, object]:
-    """Return the fields in their order: nested messages likewise, arrays as lists, bytes as text.
+    """Return a message's fields in order: nested messages as OrderedDicts, arrays as lists, bytes as text.
 
-    `truncate_length` shortens strings and arrays, `no_arr` and `no_str` put a description in their place.
+    `truncate_length` shortens strings and arrays; `no_arr` and `no_str` replace arrays and strings by a
+    description.
     """
     return _to_dict(msg, _Style(truncate_length, no_arr, no_str))
 
@@ -101,7 +102,7 @@ def _convert(value: object, style: _Style, slot: object = None) -> object:
     if _is_array(value):
         return _convert_array(value, style, slot)
     if isinstance(value, Mapping):
-        whole = replace(style, truncate_length=None)  # two shortened keys could become equal
+        whole = replace(style, truncate_length=None)  # keys stay whole: two shortened keys could be equal
         return {_convert(key, whole): _convert(item, style) for key, item in value.items()}
     if _is_numpys(value):
         return value.item()
@@ -141,7 +142,7 @@ def _csv(value: object, style: _Style, slot: object = None) -> str:
 
 
 def _join(parts: Iterator[str]) -> str:
-    """Join by commas; as in ROS 2, leading empty values are left out."""
+    """Join values by commas; as in ROS 2, empty values at the beginning are left out."""
     result = ''
     for part in parts:
         result = f'{result},{part}' if result else part
@@ -153,7 +154,7 @@ def _is_array(value: object) -> TypeGuard[Sequence[object]]:
 
 
 def _is_numpys(value: object) -> TypeGuard[np.generic]:
-    """Return whether this is a number of numpy, without importing numpy."""
+    """Return whether a value is a number of numpy, without importing numpy."""
     return type(value).__module__ == 'numpy'
 
 
@@ -166,7 +167,7 @@ def _describe(text: str) -> str:
 
 
 def _describe_array(value: Sequence[object], slot: object) -> str:
-    """Return ROS 2's description of an array that is not shown."""
+    """Return ROS 2's description of an array whose elements are not shown."""
     if not isinstance(slot, idl.AbstractNestedType):
         return 'unknown'
     name = _item_name(slot.value_type)
@@ -196,7 +197,7 @@ def _dumper() -> type[yaml.SafeDumper]:
 
     def represent(dumper: yaml.SafeDumper, data: OrderedDict[str, object]) -> yaml.Node:
         pairs = [(dumper.represent_data(key), dumper.represent_data(item)) for key, item in data.items()]
-        return yaml.MappingNode('tag:yaml.org,2002:map', pairs)  # no flow style, as in ROS 2
+        return yaml.MappingNode('tag:yaml.org,2002:map', pairs)  # never in flow style, as in ROS 2
 
     OrderedDumper.add_representer(OrderedDict, represent)
     return OrderedDumper

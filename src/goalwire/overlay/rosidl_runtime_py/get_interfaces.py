@@ -19,7 +19,7 @@ __all__ = [
 
 
 def get_interface_packages() -> dict[str, str]:
-    """Return the packages with interfaces: the prefix of each by its name."""
+    """Return the names of the packages with interfaces, each with its prefix."""
     from ament_index_python.resources import get_resources
 
     return get_resources('rosidl_interfaces')
@@ -34,17 +34,17 @@ def get_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
 
 
 def get_message_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Do as `get_interfaces`, for messages only."""
+    """Do as `get_interfaces`, but for messages only."""
     return _interfaces(package_names, ('msg',))
 
 
 def get_service_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Do as `get_interfaces`, for services only."""
+    """Do as `get_interfaces`, but for services only."""
     return _interfaces(package_names, ('srv',))
 
 
 def get_action_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[str]]:
-    """Do as `get_interfaces`, for actions only."""
+    """Do as `get_interfaces`, but for actions only."""
     return _interfaces(package_names, ('action',))
 
 
@@ -71,7 +71,7 @@ def _interfaces(packages: Iterable[str], kinds: Iterable[str]) -> dict[str, list
     found = {}
     for package in names:
         if not workspace.is_package_name(package) or modules.folder_of(package) is None:
-            _folder(package)  # raises LookupError for an unknown package, not for one without interfaces
+            _folder(package)  # raises LookupError only for an unknown package
         elif types := [
             f'{kind}/{name}' for kind in sorted(kinds) for name in modules.type_names(package, kind)
         ]:
@@ -80,7 +80,7 @@ def _interfaces(packages: Iterable[str], kinds: Iterable[str]) -> dict[str, list
 
 
 def _folder(package: str) -> str:
-    """Return the folder with the definitions that an import would use, else the package's share folder."""
+    """Return the folder of the definitions that an import of the package uses, else its share folder."""
     from ament_index_python.packages import get_package_share_directory
 
     if workspace.is_package_name(package) and (found := search_path.imported_package(package, 'msg')):

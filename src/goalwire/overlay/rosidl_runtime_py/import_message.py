@@ -1,4 +1,4 @@
-"""rosidl_runtime_py.import_message: the class behind a type of rosidl_parser."""
+"""rosidl_runtime_py.import_message: finds the message class for a type of rosidl_parser."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ['import_message_from_namespaced_type']
 
 
 def import_message_from_namespaced_type(message_type: NamespacedType) -> type:
-    """Return the class of NamespacedType(['std_msgs', 'msg'], 'String').
+    """Return the message class for a type such as NamespacedType(['std_msgs', 'msg'], 'String').
 
     Raises ModuleNotFoundError for an unknown package, AttributeError for an unknown type.
     """

@@ -21,10 +21,11 @@ _TIME = 'builtin_interfaces.msg._time.Time'
 def set_message_fields(
     msg: Any, values: Mapping[str, object], expand_header_auto: bool = False, expand_time_now: bool = False
 ) -> list[Callable[[object], None]]:
-    """Set the fields that `values` names. A value of another type is converted to the field's type.
+    """Set the fields that `values` names, each value converted to its field's type if necessary.
 
-    With `expand_header_auto` a header may be 'auto', with `expand_time_now` a time may be 'now'. The function
-    returns setters for these: call each with a builtin_interfaces/Time before a publication.
+    With `expand_header_auto` a header may be 'auto', with `expand_time_now` a time may be 'now'. For each of
+    these, a function is returned: call it with a builtin_interfaces/Time before each publication, to set the
+    time.
 
     Raises TypeError if a value is not a dictionary, AttributeError for an unknown field, ValueError for a
     text that is not a number.

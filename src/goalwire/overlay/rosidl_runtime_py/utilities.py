@@ -1,4 +1,4 @@
-"""rosidl_runtime_py.utilities: message, service and action classes by their names."""
+"""rosidl_runtime_py.utilities: finds message, service and action classes by name."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = [
 
 
 def get_interface(identifier: str) -> type:
-    """Return the class of a full name: std_msgs/msg/String, std_srvs/srv/SetBool, …
+    """Return the class with a full name such as std_msgs/msg/String or std_srvs/srv/SetBool.
 
     Raises ValueError for a name without a slash, ModuleNotFoundError for an unknown package and
     AttributeError for an unknown type.
@@ -45,7 +45,7 @@ def get_interface(identifier: str) -> type:
 
 
 def get_message(identifier: str) -> type:
-    """Return the class of 'std_msgs/msg/String' or 'std_msgs/String'; ValueError for anything else."""
+    """Return the message class 'std_msgs/msg/String' or 'std_msgs/String'; ValueError for other forms."""
     found = get_interface(_with_kind(identifier, 'msg'))
     if not is_message(found):
         raise ValueError(f"Expected the full name of a message, got '{identifier}'")
@@ -53,7 +53,7 @@ def get_message(identifier: str) -> type:
 
 
 def get_service(identifier: str) -> type:
-    """Return the class of 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'; ValueError for anything else."""
+    """Return the service class 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'; ValueError for other forms."""
     found = get_interface(_with_kind(identifier, 'srv'))
     if not is_service(found):
         raise ValueError(f"Expected the full name of a service, got '{identifier}'")
@@ -61,9 +61,9 @@ def get_service(identifier: str) -> type:
 
 
 def get_action(identifier: str) -> type:
-    """Return the class of 'example_interfaces/action/Fibonacci' or 'example_interfaces/Fibonacci'.
+    """Return the action class named like 'tf2_msgs/action/LookupTransform' or 'tf2_msgs/LookupTransform'.
 
-    Raises ValueError for anything else.
+    Raises ValueError for other forms of names.
     """
     found = get_interface(_with_kind(identifier, 'action'))
     if not is_action(found):
@@ -72,38 +72,38 @@ def get_action(identifier: str) -> type:
 
 
 def get_namespaced_type(identifier: str) -> NamespacedType:
-    """Return rosidl_parser's type of a name: its last part is the name, the parts before are namespaces."""
+    """Return the NamespacedType of a text a/b/c: c is the name, the parts before are namespaces."""
     *namespaces, name = identifier.split('/')
     return NamespacedType(namespaces, name)
 
 
 def get_message_namespaced_type(identifier: str) -> NamespacedType:
-    """Return rosidl_parser's type of 'std_msgs/msg/String' or 'std_msgs/String'."""
+    """Return the NamespacedType of a message such as 'std_msgs/msg/String' or 'std_msgs/String'."""
     return get_namespaced_type(_with_kind(identifier, 'msg'))
 
 
 def get_service_namespaced_type(identifier: str) -> NamespacedType:
-    """Return rosidl_parser's type of 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'."""
+    """Return the NamespacedType of a service such as 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'."""
     return get_namespaced_type(_with_kind(identifier, 'srv'))
 
 
 def get_action_namespaced_type(identifier: str) -> NamespacedType:
-    """Return rosidl_parser's type of 'tf2_msgs/action/LookupTransform' or 'tf2_msgs/LookupTransform'."""
+    """Return the NamespacedType of an action such as 'tf2_msgs/action/LookupTransform'."""
     return get_namespaced_type(_with_kind(identifier, 'action'))
 
 
 def is_message(interface: object) -> bool:
-    """Return whether this is a message or a message class."""
+    """Return whether an object is a message or a message class."""
     return hasattr(interface, 'get_fields_and_field_types')
 
 
 def is_service(interface: object) -> bool:
-    """Return whether this is a service class."""
+    """Return whether an object is a service class."""
     return hasattr(interface, 'Request') and hasattr(interface, 'Response')
 
 
 def is_action(interface: object) -> bool:
-    """Return whether this is an action class."""
+    """Return whether an object is an action class."""
     return all(hasattr(interface, part) for part in ('Goal', 'Result', 'Feedback'))
 
 
@@ -113,7 +113,7 @@ def _with_kind(identifier: str, kind: str) -> str:
 
 
 def _find_derived(identifier: str) -> type | None:
-    """Return the class of std_srvs/srv/Trigger_Request and the like."""
+    """Return a class that belongs to a service or action, such as std_srvs/srv/Trigger_Request."""
     try:
         return rosidl_compat.get_interface(identifier)
     except InterfaceError:

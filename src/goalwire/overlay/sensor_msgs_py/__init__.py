@@ -1,1 +1,1 @@
-"""sensor_msgs_py: converts point clouds to numpy arrays, in sensor_msgs_py.point_cloud2."""
+"""sensor_msgs_py: its module point_cloud2 converts point clouds to numpy arrays and back."""

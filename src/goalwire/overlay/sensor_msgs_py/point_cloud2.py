@@ -1,6 +1,6 @@
 """sensor_msgs_py.point_cloud2: converts sensor_msgs/PointCloud2 to numpy arrays and back.
 
-Points are structured arrays: one record a point, with the names and types of the cloud's fields.
+Points are structured arrays: one record for each point, with the names and types of the cloud's fields.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ def read_points(
 ) -> NDArray:
     """Return the points as a structured array of shape (N,): a view of the cloud's data where possible.
 
-    `field_names` selects fields; `skip_nans` drops points with a NaN in a selected field, unless the cloud
-    is dense; `uvs` selects points by their index; `reshape_organized_cloud` gives an organized cloud the
-    shape (width, height), as ROS 2 does; to keep the rows, reshape to (height, width) yourself. Raises
-    AssertionError for anything but a cloud, and for unknown or repeated field names.
+    `field_names` selects fields; `skip_nans` drops points with a NaN in a selected field, unless the cloud is
+    dense; `uvs` selects points by their index; `reshape_organized_cloud` gives an organized cloud the shape
+    (width, height), as ROS 2 does, which does not keep the rows: for rows, reshape the result to (height,
+    width). Raises AssertionError for anything but a cloud, and for unknown or repeated field names.
     """
     _require(isinstance(cloud, PointCloud2), 'Cloud is not a sensor_msgs.msg.PointCloud2')
     points = _records(cloud)
@@ -79,7 +79,7 @@ def read_points_numpy(
     uvs: Iterable[int] | None = None,
     reshape_organized_cloud: bool = False,
 ) -> NDArray:
-    """Return the points as an array (N, fields); raises AssertionError if field types differ.
+    """Return the points as an array of shape (N, fields); raises AssertionError if field types differ.
 
     The arguments are those of read_points.
     """
@@ -95,18 +95,17 @@ def read_points_list(
     skip_nans: bool = False,
     uvs: Iterable[int] | None = None,
 ) -> list[tuple[Any, ...]]:
-    """Return the points as named tuples; the arguments are as in read_points, which is much faster."""
+    """Return the points as named tuples. The arguments are those of read_points, which is much faster."""
     points = read_points(cloud, field_names, skip_nans, uvs)
     point_type = namedtuple('Point', points.dtype.names or ())  # type: ignore[misc]  # noqa: PYI024 - its names are data
     return [point_type._make(point) for point in points]
 
 
 def dtype_from_fields(fields: Iterable[PointField], point_step: int | None = None) -> np.dtype[Any]:
-    """Return the dtype of a point's record; `point_step`, if given, is its size in bytes.
+    """Return the dtype of a point's record; `point_step`, if given, is the record's size in bytes.
 
-    A field with several values becomes several: name_0, name_1, …; a field without a name becomes
-    unnamed_field_<index>.
-    Raises AssertionError for a repeated name, a count of 0 or an unknown datatype.
+    A field with several values becomes several fields name_0, name_1, …; a field without a name becomes
+    unnamed_field_<index>. Raises AssertionError for a repeated name, a count of 0 or an unknown datatype.
     """
     names: list[str] = []
     formats: list[str] = []
@@ -133,8 +132,8 @@ def create_cloud(
     """Return a cloud of points: an array of shape (N, fields), a structured array, or a sequence of tuples.
 
     As in ROS 2, an array with one more dimension makes an organized cloud: (width, height, fields), or
-    (width, height) of records. The cloud has the points in the order of the array.
-    `step` is the size of a point in bytes, by default the smallest. Raises AssertionError for points that do
+    (width, height) of records. The cloud has the points in the order of the array. `step` is the size of a
+    point in bytes; by default it is as small as the fields allow. Raises AssertionError for points that do
     not fit the fields.
     """
     records = _as_records(fields, points, dtype_from_fields(fields, step))
@@ -165,7 +164,7 @@ def create_cloud_xyz32(header: Header, points: Iterable[Any], step: int | None =
 
 
 def _records(cloud: PointCloud2) -> NDArray:
-    """Return all points in the machine's byte order: a copy if rows are padded or the byte order differs."""
+    """Return all points in the machine's byte order, copied if rows are padded or the order differs."""
     dtype = dtype_from_fields(cloud.fields, cloud.point_step)
     swapped = cloud.is_bigendian != (sys.byteorder != 'little')
     row = max(cloud.row_step, cloud.width * cloud.point_step)
@@ -199,6 +198,6 @@ def _as_records(fields: Sequence[PointField], points: Iterable[Any], dtype: np.d
 
 
 def _require(condition: bool, problem: str) -> None:
-    """Raise AssertionError unless `condition` is true, as ROS 2 does; also under python -O."""
+    """Raise ROS 2's AssertionError unless `condition` is true; unlike `assert`, also under python -O."""
     if not condition:
         raise AssertionError(problem)

@@ -1,6 +1,6 @@
 """tf2_geometry_msgs: transforms stamped geometry from one frame to another.
 
-As in ROS 2, the package also re-exports the messages: programs import them from here.
+As in ROS 2, the package also re-exports the messages, since programs import them from this package.
 """
 
 from geometry_msgs.msg import (

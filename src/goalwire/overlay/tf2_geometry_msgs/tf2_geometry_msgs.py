@@ -1,6 +1,7 @@
-"""The transformations of geometry_msgs, registered with tf2_ros.
+"""Functions that transform messages of geometry_msgs, registered with tf2_ros.
 
-No function changes its arguments. Results have the transform's header: its target frame and time.
+No function changes its arguments. Results have the transform's header: the target frame and the transform's
+time.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def do_transform_pose_with_covariance_stamped(
 def transform_covariance(
     cov_in: Sequence[float] | NDArray[np.float64], transform: TransformStamped
 ) -> NDArray[np.float64]:
-    """Return a covariance of (x, y, z, rotations about x, y, z), 36 numbers by rows, in rotated axes."""
+    """Return a covariance of (x, y, z, rotations about x, y, z), 36 numbers by rows, in the target frame."""
     import numpy as np
 
     rotation = _rigid(transform).rotation
@@ -89,12 +90,12 @@ def transform_covariance(
 
 
 def to_msg_msg(msg: T) -> T:
-    """Return the message itself: it needs no conversion."""
+    """Return the message itself, since it needs no conversion to a message."""
     return msg
 
 
 def from_msg_msg(msg: T) -> T:
-    """Return the message itself: the target type is a message."""
+    """Return the message itself, since the target type is a message."""
     return msg
 
 

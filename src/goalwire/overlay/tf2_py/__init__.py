@@ -1,4 +1,4 @@
-"""tf2_py: the buffer of transforms without a node around it, and its exceptions."""
+"""tf2_py: the buffer of transforms, which needs no node, and its exceptions."""
 
 from goalwire.errors import (
     ConnectivityException,

@@ -20,7 +20,7 @@ from goalwire.transforms.tree import Found, FrameReport, TransformTree, Velocity
 __all__ = ['BufferCore']
 
 DEFAULT_CACHE_TIME = Duration(seconds=10)
-_SHORTEST_HISTORY = 100_000  # ns: as in tf2, so that a single transform has a rate, too
+_SHORTEST_HISTORY = 100_000  # ns; as in tf2, so that the rate of a single transform is defined
 
 
 class _Stamp(Protocol):
@@ -33,7 +33,7 @@ Instant: TypeAlias = Time | _Stamp
 
 
 class BufferCore:
-    """Frames and the transforms between them, for the last `cache_time`."""
+    """A buffer of frames and the transforms between them, for the last `cache_time`."""
 
     def __init__(self, cache_time: Duration | None = None) -> None:
         self._tree = TransformTree((DEFAULT_CACHE_TIME if cache_time is None else cache_time).nanoseconds)
@@ -66,14 +66,14 @@ class BufferCore:
         source_time: Instant,
         fixed_frame: str,
     ) -> TransformStamped:
-        """Do as lookup_transform_core from one time to another; the fixed frame must not move meanwhile."""
+        """Do as lookup_transform_core, from one time to another; `fixed_frame` must not move meanwhile."""
         found = self._tree.lookup_full(
             target_frame, _nanoseconds(target_time), source_frame, _nanoseconds(source_time), fixed_frame
         )
         return _to_message(found, target_frame, source_frame)
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Instant) -> tuple[bool, str]:
-        """Return whether lookup_transform_core would succeed, and the reason if not."""
+        """Return whether lookup_transform_core would succeed, and if not, the reason."""
         try:
             self._tree.lookup(target_frame, source_frame, _nanoseconds(time), 'canTransform')
         except TransformException as error:
@@ -88,7 +88,7 @@ class BufferCore:
         source_time: Instant,
         fixed_frame: str,
     ) -> tuple[bool, str]:
-        """Return whether lookup_transform_full_core would succeed, and the reason if not."""
+        """Return whether lookup_transform_full_core would succeed, and if not, the reason."""
         times = _nanoseconds(target_time), _nanoseconds(source_time)
         try:
             self._tree.lookup_full(
@@ -99,9 +99,10 @@ class BufferCore:
         return True, ''
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the latest time with all transforms between two frames; 0 if all are static.
+        """Return the latest time at which all transforms between two frames are known; 0 if all are static.
 
-        As in tf2, it is a time of the system clock. Raises TransformExceptions as lookup_transform_core does.
+        As in tf2, the result has the type of the system clock. Raises TransformExceptions as
+        lookup_transform_core does.
         """
         time = self._tree.latest_common_time(target_frame, source_frame, 'get_latest_common_time')
         return Time(nanoseconds=time, clock_type=ClockType.SYSTEM_TIME)
@@ -111,8 +112,9 @@ class BufferCore:
     ) -> Velocity:
         """Return the velocity of a frame as seen from another: linear in m/s, angular in rad/s.
 
-        Both are averages over an interval around `time` (0: up to the latest), in the observing frame's axes.
-        Raises TransformExceptions as lookup_transform_core does, ValueError if the interval is not above 0.
+        Both velocities are averages over an interval around `time` (0: an interval up to the latest time), in
+        the observing frame's axes. Raises TransformExceptions as lookup_transform_core does, ValueError if
+        the interval is not above 0.
         """
         at, span = _nanoseconds(time), averaging_interval.nanoseconds
         return self._tree.velocity(tracking_frame, observation_frame, at, span)
@@ -140,7 +142,7 @@ class BufferCore:
         return ''.join(map(_yaml, self._tree.frames())) or '[]'
 
     def all_frames_as_string(self) -> str:
-        """Return a line for every frame, with its parent."""
+        """Return a text with a line for every frame, which names the frame's parent."""
         return ''.join(
             f'Frame {frame.name} exists with parent {frame.parent}.\n' for frame in self._tree.frames()
         )
@@ -167,7 +169,7 @@ class BufferCore:
 
 
 def to_rigid(translation: Vector3, rotation: Quaternion) -> Rigid:
-    """Return a rigid transform from translation and rotation of a message."""
+    """Return the rigid transform with the translation and rotation in a message."""
     return Rigid(
         (translation.x, translation.y, translation.z), (rotation.x, rotation.y, rotation.z, rotation.w)
     )

@@ -1,7 +1,7 @@
 """tf2_ros: sends, receives and looks up transforms in nodes.
 
-In ROS 2 the package also re-exports the names that its modules import, and programs use them. So
-TransformStamped and others can be imported from here, too.
+In ROS 2 the package also re-exports the names that its modules import, and programs use these names. So
+TransformStamped and others can be imported from this package, too.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import BufferClient at its first use: it needs actions, which few programs with transforms use."""
+    """Import BufferClient at its first use: it loads actions, which few programs with transforms use."""
     if name in {'BufferClient', 'buffer_client'}:
         from importlib import import_module
 

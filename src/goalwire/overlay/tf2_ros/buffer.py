@@ -35,7 +35,7 @@ Check = Callable[[], tuple[bool, str]]
 
 
 class Buffer(BufferCore, BufferInterface):
-    """Keeps transforms for `cache_time` (10 s); with a node it offers the service tf2_frames.
+    """Keeps transforms for `cache_time` (default: 10 s); with a node, offers the service tf2_frames.
 
     If the node's clock jumps back in time, the buffer is cleared.
     """
@@ -73,10 +73,10 @@ class Buffer(BufferCore, BufferInterface):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: Instant, timeout: Duration = NO_TIME
     ) -> TransformStamped:
-        """Return the transform from source to target at a time, 0 being the latest.
+        """Return the transform from source to target at a time; 0 means the latest time.
 
-        Waits up to `timeout`, then raises as lookup_transform_core does. A callback may wait here, too: the
-        waiting thread itself then handles the messages of the buffer's listeners.
+        Waits for the transform up to `timeout`, then raises as lookup_transform_core does. A callback may
+        wait, too: the waiting thread itself then handles the messages of the buffer's listeners.
         """
         lookup = partial(self.lookup_transform_core, target_frame, source_frame, time)
         self._wait(lookup, timeout)
@@ -143,7 +143,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Duration = NO_TIME,
         return_debug_tuple: bool = False,
     ) -> bool | tuple[bool, str]:
-        """Do as can_transform, from one time to another."""
+        """Do as can_transform, for a source at one time and a target at another."""
         times_and_frames = target_frame, target_time, source_frame, source_time, fixed_frame
         self._wait(partial(self.lookup_transform_full_core, *times_and_frames), timeout)
         answer = self.can_transform_full_core(*times_and_frames)
@@ -152,7 +152,7 @@ class Buffer(BufferCore, BufferInterface):
     def wait_for_transform_async(
         self, target_frame: str, source_frame: str, time: Instant
     ) -> Future[TransformStamped]:
-        """Return a future of the transform."""
+        """Return a future that is done as soon as the transform is available, and gives the transform."""
         return self._future(partial(self.lookup_transform_core, target_frame, source_frame, time))
 
     def wait_for_transform_full_async(
@@ -163,7 +163,7 @@ class Buffer(BufferCore, BufferInterface):
         source_time: Instant,
         fixed_frame: str,
     ) -> Future[TransformStamped]:
-        """Return a future of the transform."""
+        """Return a future that is done as soon as the transform is available, and gives the transform."""
         return self._future(
             partial(
                 self.lookup_transform_full_core,
@@ -176,7 +176,7 @@ class Buffer(BufferCore, BufferInterface):
         )
 
     def hear(self, event_queue: EventQueue[Any]) -> None:
-        """Register a listener's event queue: a waiting lookup also handles its messages."""
+        """Register a listener's event queue, so that a waiting lookup also handles the queue's messages."""
         with self._waiting_lock:
             self._event_queues.add(event_queue)
 
@@ -194,7 +194,7 @@ class Buffer(BufferCore, BufferInterface):
             future.cancel()
 
     def _future(self, lookup: Lookup) -> Future[TransformStamped]:
-        """Return a future that is done when `lookup` succeeds."""
+        """Return a future of the transform that is done as soon as `lookup` succeeds."""
         future: Future[TransformStamped] = Future()
         with self._waiting_lock:
             self._waiting[future] = lookup
@@ -234,10 +234,10 @@ def _wait_hearing(
     until_ns: int,
     shutdown_signal: ShutdownSignal,
 ) -> None:
-    """Wait until `future` is done, `clock` shows `until_ns`, or shutdown; handle the listeners' messages.
+    """Handle the listeners' messages until `future` is done, `clock` shows `until_ns`, or shutdown.
 
-    A callback under the single-threaded executor blocks the only thread that would handle these messages. So
-    the waiting thread handles them itself. Raises the errors of the subscriptions' callbacks.
+    A callback that waits in a single-threaded executor blocks the only thread that would handle the messages.
+    So the waiting thread handles them itself. Raises the errors of the subscriptions' callbacks.
     """
     heard = list(event_queues)
     arrival: Future[None] = Future()
@@ -250,7 +250,7 @@ def _wait_hearing(
     future.add_waker(tell)
     try:
         while True:
-            arrival = Future()  # made before the queues are read: a later transform completes this future
+            arrival = Future()  # made before the queues are read, so that no later message is missed
             for event_queue in heard:
                 while future.pending() and (event := event_queue.take()) is not None:
                     event_queue.handle(event)

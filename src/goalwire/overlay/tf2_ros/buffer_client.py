@@ -42,9 +42,9 @@ _EXCEPTIONS: dict[int, type[TransformException]] = {
 
 
 class BufferClient(BufferInterface):
-    """Looks up transforms by the action `ns`. The node need not spin.
+    """Looks up transforms by an action, whose name is `ns`. The node need not spin.
 
-    An answer may take the lookup's timeout plus `timeout_padding`. The client does not poll, so
+    The server's answer may take the lookup's timeout plus `timeout_padding`. The client does not poll, so
     `check_frequency` has no effect.
     """
 
@@ -64,7 +64,7 @@ class BufferClient(BufferInterface):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: Instant, timeout: Duration = NO_TIME
     ) -> TransformStamped:
-        """Return the transform from source to target at a time, 0 being the latest.
+        """Return the transform from source to target at a time; 0 means the latest time.
 
         Raises TimeoutException if the server is missing or late, and the exception that the server reports.
         """

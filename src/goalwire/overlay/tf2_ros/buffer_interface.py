@@ -26,7 +26,7 @@ NO_TIME = Duration()
 
 
 class BufferInterface:
-    """Transforms objects with the transforms that a subclass looks up."""
+    """Transforms stamped objects, by transforms that a subclass looks up."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()
@@ -38,7 +38,7 @@ class BufferInterface:
         timeout: Duration = NO_TIME,
         new_type: type | None = None,
     ) -> Any:
-        """Return a stamped object in another frame at the object's own time, as `new_type` if given.
+        """Return a stamped object in another frame at the object's time, as a `new_type` if given.
 
         Raises TypeException for a type that is not registered, and as lookup_transform does.
         """
@@ -57,7 +57,7 @@ class BufferInterface:
         timeout: Duration = NO_TIME,
         new_type: type | None = None,
     ) -> Any:
-        """Return a stamped object in another frame at another time. The fixed frame must not move."""
+        """Return a stamped object in another frame at another time. `fixed_frame` must not move meanwhile."""
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
         found = self.lookup_transform_full(
@@ -81,7 +81,7 @@ class BufferInterface:
         fixed_frame: str,
         timeout: Duration = NO_TIME,
     ) -> TransformStamped:
-        """Return the transform from source at one time to target at another."""
+        """Return the transform from the source at one time to the target at another."""
         raise NotImplementedException
 
     def can_transform(
@@ -104,6 +104,6 @@ class BufferInterface:
 
 
 def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:
-    """Give an object a header, and return it."""
+    """Give an object a header with this stamp and frame, and return the object."""
     obj.header = Header(frame_id=frame_id, stamp=stamp)
     return obj

@@ -1,5 +1,6 @@
-"""Registers functions that transform and convert objects, by type. Packages such as tf2_geometry_msgs
-register their types here.
+"""Registers functions that transform and convert objects, by the objects' type.
+
+Packages such as tf2_geometry_msgs register their types in this module's tables.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Converter: TypeAlias = Callable[[Any], Any]
 
 
 class TransformRegistration:
-    """The functions that transform objects, by type; the whole process shares one table."""
+    """The functions that transform objects, by the objects' type; the whole process shares one table."""
 
     _transformers: ClassVar[dict[type, Transformer]] = {}
 
@@ -29,48 +30,48 @@ class TransformRegistration:
         print(self._transformers)  # noqa: T201
 
     def add(self, key: type, callback: Transformer) -> None:
-        """Transform objects of a type with `callback(object, transform)`."""
+        """Register `callback(object, transform)`, which transforms objects of a type."""
         self._transformers[key] = callback
 
     def get(self, key: type) -> Transformer:
-        """Return the function for a type; raises TypeException."""
+        """Return the function that transforms objects of a type; raises TypeException if there is none."""
         return _find_registered(self._transformers, key)
 
 
 class ConvertRegistration:
-    """The functions that convert objects, by type: to messages, from messages, and directly."""
+    """The functions that convert objects, by the objects' type: to messages, from messages, and directly."""
 
     _to_msg: ClassVar[dict[type, Converter]] = {}
     _from_msg: ClassVar[dict[type, Converter]] = {}
     _direct: ClassVar[dict[tuple[type, type], Converter]] = {}
 
     def add_from_msg(self, key: type, callback: Converter) -> None:
-        """Make objects of a type from messages with `callback(message)`."""
+        """Register `callback(message)`, which makes objects of a type from messages."""
         self._from_msg[key] = callback
 
     def add_to_msg(self, key: type, callback: Converter) -> None:
-        """Make messages from objects of a type with `callback(object)`."""
+        """Register `callback(object)`, which makes messages from objects of a type."""
         self._to_msg[key] = callback
 
     def add_convert(self, key: tuple[type, type], callback: Converter) -> None:
-        """Convert objects directly with `callback(object)`; `key` is (from, to)."""
+        """Register `callback(object)`, which converts objects directly; `key` is (type from, type to)."""
         self._direct[key] = callback
 
     def get_from_msg(self, key: type) -> Converter:
-        """Return the function that makes objects of a type from messages; raises TypeException."""
+        """Return the function that makes objects of a type from messages; TypeException if there is none."""
         return _find_registered(self._from_msg, key)
 
     def get_to_msg(self, key: type) -> Converter:
-        """Return the function that makes messages from objects of a type; raises TypeException."""
+        """Return the function that makes messages from objects of a type; TypeException if there is none."""
         return _find_registered(self._to_msg, key)
 
     def get_convert(self, key: tuple[type, type]) -> Converter:
-        """Return the function that converts directly; raises TypeException."""
+        """Return the function that converts one type directly to another; TypeException if there is none."""
         return _find_registered(self._direct, key)
 
 
 def convert(a: Any, b_type: type[T]) -> T:
-    """Return `a` as another type: directly, as a copy if it has that type, else by way of a message.
+    """Return `a` converted to another type: directly, or by a message; a copy if it has this type already.
 
     Raises TypeException if no conversion is registered.
     """

@@ -15,10 +15,10 @@ __all__ = ['StaticTransformBroadcaster']
 
 
 class StaticTransformBroadcaster:
-    """Publishes on /tf_static, also for late subscribers.
+    """Publishes transforms on /tf_static, also for late subscribers.
 
-    Each message has all transforms sent so far, one for each child frame: the publisher keeps one message, so
-    a late subscriber gets only the last.
+    Each message has all transforms sent so far, one for each child frame, since the publisher keeps only one
+    message for late subscribers.
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
@@ -27,6 +27,6 @@ class StaticTransformBroadcaster:
         self._sent: dict[str, TransformStamped] = {}
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Send one transform or several, together with those sent before."""
+        """Send one transform or several, together with the transforms sent before."""
         self._sent.update({one.child_frame_id: one for one in as_list(transform)})
         self.pub_tf.publish(TFMessage(transforms=list(self._sent.values())))

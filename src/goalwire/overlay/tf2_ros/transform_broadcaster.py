@@ -19,10 +19,10 @@ class TransformBroadcaster:
         self.pub_tf = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100) if qos is None else qos)
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Send one transform, or several in one message."""
+        """Send one transform, or several transforms in one message."""
         self.pub_tf.publish(TFMessage(transforms=as_list(transform)))
 
 
 def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
-    """Return one or several transforms as a list."""
+    """Return a list of the given transform or transforms."""
     return [transform] if isinstance(transform, TransformStamped) else list(transform)

@@ -26,9 +26,9 @@ AUTHORITY = 'default_authority'
 
 
 class TransformListener:
-    """Listens with subscriptions of `node`; if `node` is None, it makes a node of its own.
+    """Fills a buffer by subscriptions of `node`; if `node` is None, the listener makes its own node.
 
-    With `spin_thread` it listens in its own thread, which also spins the node until another executor does.
+    With `spin_thread` the listener has its own thread, which also spins the node until another executor does.
     With `static_only` it does not subscribe to /tf.
     """
 
@@ -50,15 +50,15 @@ class TransformListener:
             f'transform_listener_impl_{id(self):x}',
             enable_rosout=False,
             start_parameter_services=False,
-            # The listener reads no clock, so it needs no /clock
+            # the listener reads no clock, so its node need not subscribe to /clock
             parameter_overrides=[Parameter('use_sim_time', value=False)],
         )
-        # Reentrant: a waiting callback of the default group must not block it.
+        # A group of its own: a waiting callback of the default group must not block the listener.
         self.group = ReentrantCallbackGroup()
         if spin_thread:
             self._thread_home = _ThreadHome()
             self.group.work_queue = self._thread_home.work_queue
-        self._subscriptions: list[Subscription[Any]] = []  # they keep the listener alive
+        self._subscriptions: list[Subscription[Any]] = []  # subscriptions keep the listener alive
         if not static_only:
             moving = QoSProfile(depth=100) if qos is None else qos
             self.tf_sub = self._subscribe(tf_topic, self.callback, moving)
@@ -70,7 +70,7 @@ class TransformListener:
             self._start_thread()
 
     def unregister(self) -> None:
-        """Stop listening; end the thread, and destroy the listener's own node. Idempotent."""
+        """Stop listening; end the listener's thread, and destroy its own node, if it has them. Idempotent."""
         if hasattr(self, 'executor'):
             self.executor.shutdown()
             self.dedicated_listener_thread.join()
@@ -116,7 +116,9 @@ class TransformListener:
 
 
 class _ThreadHome:
-    """Keeps the listener in its executor: `rclpy.spin(node)` removes the node from there, but not this."""
+    """Keeps the listener in its executor: `rclpy.spin(node)` removes the node from there, but not this
+    object.
+    """
 
     def __init__(self) -> None:
         self.work_queue = NodeWorkQueue()

@@ -1,4 +1,4 @@
-"""The transformation of sensor_msgs/PointCloud2, registered with tf2_ros."""
+"""The function that transforms sensor_msgs/PointCloud2, registered with tf2_ros."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def transform_points(point_cloud: ArrayLike, transform: Transform | TransformSta
 def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamped) -> PointCloud2:
     """Return the cloud in the transform's target frame; fields other than x, y and z are copied.
 
-    The given cloud is not changed. The result has the transform's header; a plain Transform has no header, so
-    then the result has the cloud's. Raises AssertionError for a cloud without x, y and z.
+    The given cloud is not changed. The result has the transform's header, or the cloud's header for a plain
+    Transform, which has no header. Raises AssertionError for a cloud without x, y and z.
     """
     import numpy as np
     from numpy.lib.recfunctions import structured_to_unstructured
@@ -51,12 +51,12 @@ def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamp
 
 
 def to_msg_msg(msg: PointCloud2) -> PointCloud2:
-    """Return the message itself: it needs no conversion."""
+    """Return the message itself, since it needs no conversion to a message."""
     return msg
 
 
 def from_msg_msg(msg: PointCloud2) -> PointCloud2:
-    """Return the message itself: the target type is a message."""
+    """Return the message itself, since the target type is a message."""
     return msg
 
 

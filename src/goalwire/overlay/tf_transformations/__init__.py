@@ -1,7 +1,7 @@
 """tf_transformations: rotations as quaternions (x, y, z, w), Euler angles (radians) and 4 x 4 matrices.
 
-Axes of Euler angles are written as 's' for fixed axes or 'r' for axes that rotate with the body, and then the
-three axes; 'sxyz' is roll, pitch, yaw. Arguments may be any sequences of numbers.
+Sequences of Euler axes are written as 's' (fixed axes) or 'r' (axes that rotate with the body) and three
+axes; 'sxyz' is roll, pitch, yaw. Arguments may be any sequences of numbers.
 """
 
 from tf_transformations.euler import (

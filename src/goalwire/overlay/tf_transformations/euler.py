@@ -18,7 +18,7 @@ _LOCKED = 4 * np.finfo(np.float64).eps
 
 
 class _Axes(NamedTuple):
-    """The axes of three rotations, in the order for fixed axes."""
+    """The axes of three rotations, in the order in which rotations about fixed axes are applied."""
 
     first: int
     second: int
@@ -27,7 +27,7 @@ class _Axes(NamedTuple):
 
 
 def _axes_tuples() -> Iterator[tuple[str, tuple[int, int, int, int]]]:
-    """Yield each sequence of axes, with its first axis, parity, repetition and frame."""
+    """Yield each name of a sequence of axes, with its first axis, parity, repetition and frame."""
     for letters in product('xyz', repeat=3):
         if letters[0] == letters[1] or letters[1] == letters[2]:
             continue
@@ -50,7 +50,7 @@ def _parse(axes: str) -> _Axes:
         raise ValueError(f"axes {axes!r}: write 's' (fixed) or 'r' (turning), then three axes, as in 'sxyz'")
     if any(one == next_one for one, next_one in neighbours):
         raise ValueError(f'axes {axes!r}: two turns in a row about one axis are one turn')
-    order = letters if frame == 's' else letters[::-1]  # rotating axes are fixed axes in reverse order
+    order = letters if frame == 's' else letters[::-1]  # rotating axes equal fixed axes in reverse order
     first, second, third = ('xyz'.index(letter) for letter in order)
     return _Axes(first, second, third, frame == 'r')
 
@@ -71,14 +71,14 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
 
 
 def euler_from_matrix(matrix: ArrayLike, axes: str = 'sxyz') -> tuple[float, float, float]:
-    """Return the three angles of a rotation. Raises ValueError for unknown axes.
+    """Return the three Euler angles of a rotation. Raises ValueError for unknown axes.
 
-    If only the sum or difference of the outer two angles is determined (gimbal lock), the last angle is 0 for
-    fixed axes, the first for rotating axes.
+    In a gimbal lock only the sum or difference of the outer two angles is determined. Then the last angle is
+    0 for fixed axes, and the first angle is 0 for rotating axes.
     """
     m, (i, j, third, turning) = floats(matrix)[:3, :3], _parse(axes)
     k = 3 - i - j
-    sign = 1 if (j - i) % 3 == 1 else -1  # whether the axes are right-handed in this order
+    sign = 1 if (j - i) % 3 == 1 else -1  # 1 if the axes are right-handed in this order
     if third == i:
         sine = hypot(m[i, j], m[i, k])
         middle = atan2(sine, m[i, i])
@@ -94,5 +94,5 @@ def euler_from_matrix(matrix: ArrayLike, axes: str = 'sxyz') -> tuple[float, flo
 
 
 def euler_from_quaternion(quaternion: ArrayLike, axes: str = 'sxyz') -> tuple[float, float, float]:
-    """Return the three angles of a rotation, as euler_from_matrix."""
+    """Return the three Euler angles of a rotation, by the rules of euler_from_matrix."""
     return euler_from_matrix(quaternion_matrix(quaternion), axes)

@@ -1,4 +1,4 @@
-"""4 x 4 matrices that move points (x, y, z, 1). Returned points have four numbers; the last is 1."""
+"""4 x 4 matrices that transform points (x, y, z, 1). Returned points have four numbers; the last is 1."""
 
 from __future__ import annotations
 
@@ -20,42 +20,39 @@ _SAME = 1e-8
 
 
 def identity_matrix() -> Array:
-    """Return the matrix that moves nothing."""
+    """Return the matrix that leaves all points unchanged."""
     return np.identity(4)
 
 
 def translation_matrix(direction: ArrayLike) -> Array:
-    """Return the matrix that moves by a vector."""
+    """Return the matrix that translates points by a vector."""
     return _affine(np.identity(3), floats(direction)[:3])
 
 
 def translation_from_matrix(matrix: ArrayLike) -> Array:
-    """Return the point to which a matrix moves the origin."""
+    """Return the translation of a matrix: the point to which it takes the origin."""
     return floats(matrix)[:3, 3].copy()
 
 
 def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None = None) -> Array:
-    """Return the matrix that turns by an angle about an axis through a point, the origin by default."""
+    """Return the matrix that rotates by an angle about an axis through a point, by default the origin."""
     return _about(quaternion_matrix(quaternion_about_axis(angle, direction))[:3, :3], point)
 
 
 def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
-    """Return angle, axis and a point on the axis."""
+    """Return a rotation matrix's angle and axis, and a point on the axis."""
     m = floats(matrix)
     angle, axis = angle_and_axis(quaternion_from_matrix(m))
     return angle, axis, _fixed_point(m)
 
 
 def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
-    """Return the matrix that mirrors at the plane with this point and normal."""
+    """Return the matrix that reflects points at the plane with this point and normal."""
     return scale_matrix(-1.0, point, normal)
 
 
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
-    """Return a point of the mirror's plane, and its normal.
-
-    Raises ValueError if the matrix is not a mirror.
-    """
+    """Return a point of a reflection's plane, and its normal. Raises ValueError for any other matrix."""
     factor, point, normal = scale_from_matrix(matrix)
     if normal is None or abs(factor + 1) > _SAME:
         raise ValueError('the matrix is not a reflection')
@@ -63,7 +60,7 @@ def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
 
 
 def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: ArrayLike | None = None) -> Array:
-    """Return the matrix that stretches around a point, in one direction or in all."""
+    """Return the matrix that scales by a factor around a point, in one direction or in all directions."""
     if direction is None:
         return _about(factor * np.identity(3), origin)
     unit = unit_vector(floats(direction)[:3])
@@ -71,15 +68,13 @@ def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: Arra
 
 
 def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
-    """Return factor, fixed point and direction (None for all directions); raises ValueError for other
-    matrices.
-    """
+    """Return a scaling's factor, fixed point and direction (None: all); raises ValueError for others."""
     m = floats(matrix)
     inner = m[:3, :3]
     uniform = float(np.trace(inner)) / 3
     if np.allclose(inner, uniform * np.identity(3)):
         return uniform, _fixed_point(m), None
-    change = np.identity(3) - inner  # (1 - factor) d dᵀ
+    change = np.identity(3) - inner  # for one direction d: (1 - factor) d dᵀ
     unit = unit_vector(change[np.argmax(np.sum(change**2, axis=1))])
     factor = 1 - float(np.trace(change))
     if not np.allclose(change, (1 - factor) * np.outer(unit, unit)):
@@ -93,12 +88,12 @@ def concatenate_matrices(*matrices: ArrayLike) -> Array:
 
 
 def inverse_matrix(matrix: ArrayLike) -> Array:
-    """Return the inverse. Raises numpy.linalg.LinAlgError if there is none."""
+    """Return the inverse of a matrix. Raises numpy.linalg.LinAlgError if the matrix has no inverse."""
     return floats(np.linalg.inv(floats(matrix)))
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Return whether two matrices move points in the same way."""
+    """Return whether two matrices transform all points equally."""
     first, second = floats(matrix0), floats(matrix1)
     return bool(np.allclose(first / first[3, 3], second / second[3, 3]))
 
@@ -110,7 +105,7 @@ def compose_matrix(
     translate: ArrayLike | None = None,
     perspective: ArrayLike | None = None,
 ) -> Array:
-    """Return the matrix that scales, shears (xy, xz, yz), turns (sxyz), moves and projects, in this order."""
+    """Return the matrix that scales, shears (xy, xz, yz), rotates (sxyz), translates, then projects."""
     matrix = np.identity(4)
     if perspective is not None:
         matrix[3, :] = floats(perspective)[:4]
@@ -131,7 +126,7 @@ def compose_matrix(
 def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float], Array, Array]:
     """Return scale, shear, angles, translation and perspective: the arguments of compose_matrix.
 
-    Raises ValueError for a matrix that flattens space.
+    Raises ValueError for a singular matrix.
     """
     m = floats(matrix) / floats(matrix)[3, 3]
     affine = m.copy()
@@ -150,9 +145,9 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
 
 
 def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, usesvd: bool = True) -> Array:
-    """Return the matrix that best turns and moves points `v0` to `v1`, of shape (3, N) (Kabsch, 1976).
+    """Return the matrix that best rotates and translates points `v0` to `v1`, of shape (3, N) (Kabsch, 1976).
 
-    With `scaling` it scales, too. `usesvd` has no effect.
+    With `scaling` the matrix scales, too. `usesvd` has no effect.
     """
     first, second = floats(v0)[:3], floats(v1)[:3]
     centre, goal = first.mean(axis=1), second.mean(axis=1)

@@ -14,7 +14,7 @@ _ONE_DIRECTION = 1e-9
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
-    """Return the rotation by an angle about an axis, which need not have length 1."""
+    """Return the rotation by an angle about an axis, a vector that need not have length 1."""
     x, y, z = floats(axis)[:3]
     length = sqrt(x * x + y * y + z * z)
     if length < _NO_LENGTH:
@@ -54,7 +54,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
         )
     )
     vectors = np.linalg.eigh(symmetric)[1]
-    quaternion = floats(vectors[:, -1])  # the eigenvector of the largest eigenvalue
+    quaternion = floats(vectors[:, -1])  # the eigenvector with the largest eigenvalue
     return -quaternion if quaternion[3] < 0 else quaternion
 
 
@@ -87,7 +87,7 @@ def quaternion_slerp(
 ) -> Array:
     """Return the rotation between two: `quat0` at fraction 0, `quat1` at 1, at constant angular speed.
 
-    `spin` adds half turns on the way; without `shortestpath` the way may be the longer one.
+    `spin` adds half turns to the path; if `shortestpath` is false, the path may be the longer of the two.
     """
     first, last = unit_vector(quat0), unit_vector(quat1)
     if fraction in (0, 1):
@@ -110,12 +110,12 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
 
 
 def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
-    """Return the 4 x 4 matrix of random_quaternion()."""
+    """Return the 4 x 4 matrix of a random rotation from random_quaternion()."""
     return quaternion_matrix(random_quaternion(rand))
 
 
 def angle_and_axis(quaternion: ArrayLike) -> tuple[float, Array]:
-    """Return the angle of a rotation and its axis, x for no rotation."""
+    """Return the angle and the axis of a rotation. If the angle is 0, the axis is x."""
     values = floats(quaternion)
     length = sqrt(float(values[:3] @ values[:3]))
     if length < _NO_LENGTH:

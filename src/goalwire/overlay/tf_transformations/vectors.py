@@ -16,7 +16,7 @@ def floats(data: ArrayLike) -> Array:
 
 
 def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Array | float:
-    """Return the length of a vector, or the lengths along `axis`; with `out`, write them there."""
+    """Return the length of a vector, or the lengths along `axis`; with `out`, write them to `out`."""
     lengths = np.sqrt(np.sum(floats(data) ** 2, axis=axis))
     if out is None:
         return float(lengths) if np.ndim(lengths) == 0 else floats(lengths)
@@ -25,7 +25,7 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 
 def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Array:
-    """Return the vector, or the vectors along `axis`, with length 1; with `out`, write them there."""
+    """Return the vector, or the vectors along `axis`, scaled to length 1; with `out`, write them to `out`."""
     vectors = floats(data)
     lengths = np.sqrt(np.sum(vectors**2, axis=axis, keepdims=axis is not None))
     units: Array = vectors / lengths
@@ -36,5 +36,5 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 
 def random_vector(size: int | tuple[int, ...]) -> Array:
-    """Return numbers from [0, 1) in an array of that shape."""
+    """Return random numbers from [0, 1) in an array of shape `size`."""
     return np.random.default_rng().random(size)

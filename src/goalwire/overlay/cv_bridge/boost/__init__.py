@@ -1,1 +1,1 @@
-"""The package of cv_bridge's compiled part, under the name that programs import."""
+"""The package that has the name of cv_bridge's compiled part, since programs import it."""

@@ -1,4 +1,4 @@
-"""The functions of cv_bridge's compiled part, under its name."""
+"""The functions of cv_bridge's compiled part in Python, in a module of the same name."""
 
 from __future__ import annotations
 

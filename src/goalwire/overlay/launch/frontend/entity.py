@@ -1,4 +1,4 @@
-"""launch.frontend.entity: the names of ROS 2's module."""
+"""launch.frontend.entity: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.frontend import (
     Entity,

@@ -1,4 +1,4 @@
-"""launch.frontend.expose: the names of ROS 2's module."""
+"""launch.frontend.expose: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.exposure import (
     expose_action,

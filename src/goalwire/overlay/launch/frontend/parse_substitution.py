@@ -1,4 +1,4 @@
-"""launch.frontend.parse_substitution: the names of ROS 2's module."""
+"""launch.frontend.parse_substitution: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.notation import (
     parse_if_substitutions,

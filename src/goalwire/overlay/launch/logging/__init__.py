@@ -1,4 +1,4 @@
-"""launch.logging: loggers of a launch, for the screen and log files."""
+"""launch.logging: the loggers of a launch, which write to the screen and to log files."""
 
 from goalwire.launching.output import (
     LaunchConfig,

@@ -1,4 +1,4 @@
-"""launch.logging.handlers: the handlers of Python's logging, for `launch_config.log_handler_factory`."""
+"""launch.logging.handlers: handlers of Python's logging that `launch_config.log_handler_factory` may make."""
 
 from logging import FileHandler, Handler, NullHandler, StreamHandler
 from logging.handlers import (

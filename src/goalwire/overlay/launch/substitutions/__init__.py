@@ -1,4 +1,4 @@
-"""launch.substitutions: texts that are evaluated when the launch runs."""
+"""launch.substitutions: expressions that are evaluated to texts while the launch runs."""
 
 from goalwire.launching import substitutions as _substitutions
 from goalwire.launching.aliases import add_modules

@@ -1,4 +1,4 @@
-"""launch.utilities: helpers to write new actions and substitutions."""
+"""launch.utilities: helpers for programs that define new actions and substitutions."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.model import (

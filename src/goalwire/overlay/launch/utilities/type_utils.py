@@ -1,4 +1,4 @@
-"""launch.utilities.type_utils: values of substitutions by type."""
+"""launch.utilities.type_utils: converts the texts of substitutions to values of a given type."""
 
 from goalwire.launching.value_types import (
     coerce_list,

@@ -1,4 +1,4 @@
-"""launch_ros.actions.load_composable_nodes: the names of ROS 2's module."""
+"""launch_ros.actions.load_composable_nodes: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.ros.composition import (
     LoadComposableNodes,

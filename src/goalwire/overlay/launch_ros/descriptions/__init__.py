@@ -1,4 +1,4 @@
-"""launch_ros.descriptions: the names of ROS 2's module."""
+"""launch_ros.descriptions: offers the names of ROS 2's module of this name."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.ros.components import (

@@ -1,4 +1,4 @@
-"""launch_ros.utilities: helpers to write new actions."""
+"""launch_ros.utilities: helpers for programs that define new actions."""
 
 from goalwire.launching.ros.namespaces import (
     is_namespace_absolute,

@@ -68,7 +68,7 @@ def assertInStream(
     strip_ansi_escape_sequences: bool = True,
     stream: str = 'stderr',
 ) -> None:
-    """Raise AssertionError if no process has printed the text, the pattern, or several of them in order."""
+    """Raise AssertionError if no process has printed the expected text or pattern, or several in order."""
     meant = resolveProcesses(
         proc_output, process=process, cmd_args=cmd_args, strict_proc_matching=strict_proc_matching
     )
@@ -90,22 +90,22 @@ def assertInStream(
 
 
 def assertInStdout(*args: Any, **kwargs: Any) -> None:
-    """Do what `assertInStream` does, with the standard output."""
+    """Do what `assertInStream` does, but only for the standard output."""
     assertInStream(*args, **kwargs, stream='stdout')
 
 
 def assertInStderr(*args: Any, **kwargs: Any) -> None:
-    """Do what `assertInStream` does, with the standard error."""
+    """Do what `assertInStream` does, but only for the standard error."""
     assertInStream(*args, **kwargs, stream='stderr')
 
 
 def assertDefaultStream() -> str:
-    """Return the stream that is checked by default."""
+    """Return the name of the stream that assertions check by default."""
     return 'stderr'
 
 
 class SequentialTextChecker:
-    """Finds texts one after the other in a list of outputs; each output may have several lines."""
+    """Finds expected texts, in order, in a list of outputs; each output may have several lines."""
 
     def __init__(self, output: Sequence[str]) -> None:
         self._output = output
@@ -114,7 +114,7 @@ class SequentialTextChecker:
         """The end of the last match: `_index` is its output, `_offset` its position there."""
 
     def assertInText(self, msg: str) -> None:
-        """Raise AssertionError if the output has no such text after the last match."""
+        """Raise AssertionError if the outputs do not contain the text after the last match."""
         offset = self._offset
         for index in range(self._index, len(self._output)):
             found = self._output[index].find(msg, offset)

@@ -24,5 +24,5 @@ class StdoutReadyListener(OnProcessIO):
         self._actions = actions
 
     def describe(self) -> tuple[str, list[Any]]:
-        """Return the awaited output, and the actions."""
+        """Return a description of the handler: the awaited output, and the actions."""
         return super().describe()[0], self._actions

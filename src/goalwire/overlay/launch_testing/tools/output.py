@@ -16,7 +16,7 @@ def get_default_filtered_prefixes() -> list[str]:
 
 
 def get_default_filtered_patterns() -> list[str]:
-    """Return patterns of lines that tests ignore by default: none."""
+    """Return the patterns of lines that tests ignore by default: an empty list."""
     return []
 
 
@@ -40,7 +40,10 @@ def basic_output_filter(
 
 
 def expected_output_from_file(path: str, encoding: str | None = None) -> list[Any]:
-    """Return the lines of the file PATH.txt, else the patterns of PATH.regex. Raises RuntimeError."""
+    """Return the lines of the file PATH.txt, else the patterns in PATH.regex.
+
+    Raises RuntimeError without either.
+    """
     texts, patterns = Path(f'{path}.txt'), Path(f'{path}.regex')
     if texts.is_file():
         return list(texts.read_text(encoding=encoding).splitlines())
@@ -58,7 +61,10 @@ def expect_output(
     strip_ansi_escape_sequences: bool = True,
     strict: bool = False,
 ) -> bool:
-    """Return whether text or lines match the expectation. Raises ValueError if text and lines are given."""
+    """Return whether a text or lines match the expectation.
+
+    Raises ValueError if both a text and lines are given.
+    """
     if (text is not None) == (lines is not None):
         raise ValueError('Either lines or text, but not both, must be specified')
     if (expected_text is not None) == (expected_lines is not None):

@@ -17,7 +17,7 @@ from launch_testing.proc_info_handler import ActiveProcInfoHandler
 
 
 class WaitedOutput:
-    """True if the output came. Its repr shows the output, so that a failed assertion does."""
+    """Is true if the awaited output came. Its repr shows the output, so that a failed assertion does, too."""
 
     def __init__(self, has_come: bool, output: str | None) -> None:
         self._has_come = has_come
@@ -41,7 +41,7 @@ class ProcessProxy:
         *,
         output_filter: Callable[[str], str] | None = None,
     ) -> None:
-        """Raises TypeError if an argument has another type."""
+        """Observe a process. Raises TypeError if an argument has a wrong type."""
         ensure_argument_type(process_action, ExecuteProcess, 'process_action')
         ensure_argument_type(proc_info, ActiveProcInfoHandler, 'proc_info')
         ensure_argument_type(proc_output, ActiveIoHandler, 'proc_output')
@@ -60,7 +60,10 @@ class ProcessProxy:
     def wait_for_output(
         self, condition: Callable[[str], bool] | None = None, timeout: float | None = None
     ) -> WaitedOutput:
-        """Wait until the process runs and its output meets a condition; true if it did in time."""
+        """Wait until the process runs and its output meets a condition.
+
+        The result is true unless `timeout` s passed.
+        """
         if condition is not None and not callable(condition):
             raise TypeError(f"Expected 'condition' to be callable but got '{condition!r}'")
         output: str | None = None

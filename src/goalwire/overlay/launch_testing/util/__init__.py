@@ -17,7 +17,7 @@ ProcessChoice: TypeAlias = ExecuteLocal | str | None
 
 
 class NoMatchingProcessException(Exception):
-    """No recorded process matches."""
+    """An error if no recorded process matches."""
 
 
 class HasProcesses(Protocol):
@@ -34,10 +34,10 @@ def resolveProcesses(
     cmd_args: Any = None,
     strict_proc_matching: bool = True,
 ) -> list[ExecuteLocal]:
-    """Return the recorded processes that match: all, one by its action, or those with a text in the name.
+    """Return recorded processes: all, the process of an action, or those whose name contains a text.
 
     Raises NoMatchingProcessException if none matches. With `strict_proc_matching` raises Exception if several
-    names have the text in them.
+    names contain the text.
     """
     recorded = list(info_obj.processes())
     if process is None:
@@ -95,6 +95,6 @@ def _describe(process: ExecuteLocal) -> str:
 
 
 def KeepAliveProc() -> ExecuteProcess:
-    """Return an action for a process that sleeps until it is stopped, so that the launch continues."""
+    """Return an action that runs a process which sleeps until it is stopped, so that the launch continues."""
     script = 'import threading\ntry:\n    threading.Event().wait()\nexcept KeyboardInterrupt:\n    pass'
     return ExecuteProcess(cmd=[sys.executable, '-c', script])

@@ -15,8 +15,8 @@ _KINDS = ('prefixes', 'patterns')
 def get_rmw_output_filter(rmw_implementation: str, filter_type: str) -> list[str]:
     """Return the prefixes, or the patterns, of lines that an rmw implementation prints.
 
-    They come from its resource `rmw_output_prefixes` or `rmw_output_patterns`; without it there are none.
-    Raises TypeError for another `filter_type`.
+    They are read from the implementation's resource `rmw_output_prefixes` or `rmw_output_patterns`; without
+    this resource the list is empty. Raises TypeError for a `filter_type` of another type.
     """
     if filter_type not in _KINDS:
         raise TypeError(f'Unsupported filter_type "{filter_type}". Supported types: {list(_KINDS)}')

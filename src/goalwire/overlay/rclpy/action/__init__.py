@@ -1,4 +1,4 @@
-"""rclpy.action: long jobs with feedback and cancellation."""
+"""rclpy.action: clients and servers of actions: long tasks with feedback and cancellation."""
 
 from rclpy._reexports import reexport
 from rclpy.action.client import ActionClient

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def action_qos(
     goal: QoSProfile, result: QoSProfile, cancel: QoSProfile, feedback: QoSProfile, status: QoSProfile
 ) -> ActionQoS:
-    """Return the core's form of an action's five profiles."""
+    """Return an action's five QoS profiles in the form that goalwire's core uses."""
     return ActionQoS(*(profile.to_core() for profile in (goal, result, cancel, feedback, status)))
 
 
@@ -33,7 +33,10 @@ def check_node(node: object, what: str) -> None:
 
 @contextmanager
 def refusing_bad_names(what: str, action_name: str) -> Iterator[None]:
-    """Raise a ValueError with rclpy's message for a bad name. `what` is 'client' or 'server'."""
+    """Turn errors for bad action names into a ValueError with rclpy's message.
+
+    `what` is 'client' or 'server'.
+    """
     try:
         yield
     except NameValidationException as error:

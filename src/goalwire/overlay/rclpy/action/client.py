@@ -1,4 +1,4 @@
-"""rclpy.action.client: sends goals, follows them, cancels them."""
+"""rclpy.action.client: sends goals to an action server, follows them, and cancels them."""
 
 from __future__ import annotations
 
@@ -73,18 +73,18 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('client', action_name):
             ActionClientCore.__init__(self, node.handle, support, action_name, group, qos)
-        # Prepared now: otherwise the first goal would take 80 ms longer, since goal ids are numpy arrays.
+        # Decoders are made now: goal ids need numpy, whose import would delay the first goal by 80 ms.
         _ = support.feedback.decode, support.send_goal.decode_response, support.get_result.decode_response
         self._node = node
         self._action_type = action_type
         node.add_waitable(self)
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return three clients, and two subscriptions, for feedback and status."""
+        """Return the numbers of this client's entities: three service clients, two subscriptions."""
         return NumberOfEntities(num_subs=2, num_clients=3)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Add the subscriptions to status and feedback to `wait_set`; replies need no executor."""
+        """Add the subscriptions for status and feedback to `wait_set`; replies need no executor."""
         for event_queue in self.event_queues():
             wait_set.add_subscription(event_queue)
 
@@ -110,13 +110,14 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
     ) -> Future[ClientGoalHandle[GoalT, ResultT, FeedbackT]]:
         """Send a goal; the future gives its ClientGoalHandle, accepted or not.
 
-        `feedback_callback` gets the action's FeedbackMessage. Raises TypeError for another type than the
-        action's Goal.
+        `feedback_callback` gets the action's FeedbackMessage. Raises TypeError unless `goal` is the action's
+        Goal.
         """
         return self.send(goal, feedback_callback, goal_uuid)
 
     def send_goal(self, goal: GoalT, **kwargs: Any) -> ResultResponse[ResultT] | None:
-        """Send a goal, wait for its end and return status and result (the action's GetResult response).
+        """Send a goal, wait for its end, and return the action's GetResult response: the status and the
+        result.
 
         Takes the keyword arguments of send_goal_async. Raises ShutDownError if the context ends before
         that, InvalidHandle if the client is destroyed.
@@ -125,32 +126,33 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         return None if handle is None else handle.get_result()
 
     def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
-        """Ask the server to cancel every goal, also the goals of other clients.
+        """Ask the server to cancel every goal, including other clients' goals.
 
-        The future gives the goals that the server cancels.
+        The returned future gives the goals that the server cancels.
         """
         return self.cancel_goal(NO_ID)
 
     def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:
         """Ask the server to cancel the goals that it accepted at or before a time of its clock.
 
-        Raises TypeError for anything but a time, ValueError for a time not above 0, which means all goals.
+        Raises TypeError for anything but a time, ValueError for a time not above 0, which would mean all
+        goals.
         """
         return self.cancel_goal(NO_ID, read_stamp(stamp))
 
     def cancel_all_goals(self) -> CancelGoal.Response | None:
-        """Ask as `cancel_all_goals_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
+        """Do as `cancel_all_goals_async`, and wait; raises as ClientGoalHandle.cancel_goal does."""
         answer: CancelGoal.Response | None = self.blocking.wait_for(self.cancel_all_goals_async)
         return answer
 
     def cancel_goals_before(self, stamp: Time | StampMessage) -> CancelGoal.Response | None:
-        """Ask as `cancel_goals_before_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
+        """Do as `cancel_goals_before_async`, and wait; raises as ClientGoalHandle.cancel_goal does."""
         answer: CancelGoal.Response | None = self.blocking.wait_for(
             lambda: self.cancel_goals_before_async(stamp)
         )
         return answer
 
-    # rclpy's private names, which tf2_ros and smach_ros call
+    # the following are private names of rclpy that tf2_ros and smach_ros call
 
     def _get_result(
         self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
@@ -173,11 +175,11 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         return _check(goal_handle).cancel_goal_async()
 
     def server_is_ready(self) -> bool:
-        """True while there is a server."""
+        """True while there is a server of this action."""
         return self.server_is_there()
 
     def destroy(self) -> None:
-        """Remove the client from the graph; pending futures stay pending. Idempotent."""
+        """Remove the client from the graph. Its pending futures are never completed. Idempotent."""
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionClientCore.destroy(self)

@@ -1,4 +1,4 @@
-"""rclpy.action.graph: the actions in the graph, and the nodes that call or serve them."""
+"""rclpy.action.graph: finds the actions in the graph, and the nodes that call or serve actions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def get_action_server_names_and_types_by_node(
 
 
 def get_action_names_and_types(node: BaseNode) -> NamesAndTypes:
-    """Return every action with its types."""
+    """Return every action in the graph with its types."""
     return node.handle.graph.action_names_and_types()
 
 

@@ -103,16 +103,18 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         client_grace: float = 0.0,
         journal: str | Path | GoalJournal | None = None,
     ) -> None:
-        """Construct the server. It keeps results for `result_timeout` s; a negative time means for ever.
+        """Construct the server, which keeps results for `result_timeout` s; a negative time means for ever.
 
-        A callback that is None is its default. Without an execute callback the program calls `executing()` of
-        an accepted goal's handle, and later `succeed(result)` or another method that ends the goal.
+        For a callback that is None, the default is used. Without an execute callback the program calls
+        `executing()` of an accepted goal's handle, and later `succeed(result)` or another method that ends
+        the goal.
 
         The last five arguments are goalwire's own. `policy` limits the goals that run at a time.
-        `on_client_lost` decides about the goals of a client that has gone; before it does, another client has
-        `client_grace` s to ask for their results. `on_failure` is called if an execute callback raises, and
-        may return a result to send. With a `journal`, the path of a file, ids and results outlive the server:
-        no id is executed twice, and results are kept as the journal says, whatever `result_timeout` is.
+        `on_client_lost` sets what happens to the goals of a client that has gone; first, other clients have
+        `client_grace` s to ask for the goals' results. `on_failure` is called if an execute callback raises
+        an error, and may return a result to send. With a `journal`, the path of a file, goal ids and results
+        outlive the server: no goal id is executed twice, and results are kept as the journal says, whatever
+        `result_timeout` is.
 
         Raises TypeError for an execute callback that is not callable or a timeout that is not a number,
         ValueError for a bad name or an unknown `on_client_lost`, JournalError, RCLError for a wrong
@@ -166,11 +168,11 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         node.handle.note_callback('action server')
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return three services, and the timer that expires results."""
+        """Return the numbers of this server's entities: three services, and a timer that expires results."""
         return NumberOfEntities(num_timers=1, num_services=3)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Add the services to `wait_set`."""
+        """Add the server's three services to `wait_set`."""
         for event_queue in self.event_queues():
             wait_set.add_service(event_queue)
 
@@ -194,11 +196,11 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         self.callbacks.accepted = handle_accepted_callback or default_handle_accepted_callback
 
     def register_goal_callback(self, goal_callback: _Decide[GoalT] | None) -> None:
-        """Set the goal callback; None restores the default, which accepts."""
+        """Set the goal callback; None restores the default, which accepts every goal."""
         self.callbacks.goal = goal_callback or default_goal_callback
 
     def register_cancel_callback(self, cancel_callback: _Cancel[GoalT, ResultT, FeedbackT] | None) -> None:
-        """Set the cancel callback; None restores the default, which refuses."""
+        """Set the cancel callback; None restores the default, which refuses every request."""
         self.callbacks.cancel = cancel_callback or default_cancel_callback
 
     def register_execute_callback(self, execute_callback: _Execute[GoalT, ResultT, FeedbackT]) -> None:
@@ -215,10 +217,10 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         self.start_execution(goal_handle, execute_callback)
 
     def notify_goal_done(self) -> None:
-        """Do nothing: the end of a goal starts the expiry of its result."""
+        """Do nothing: at the end of a goal the server itself starts the expiry of its result."""
 
     def destroy(self) -> None:
-        """Answer open requests, abort running goals, and remove the server from the graph. Idempotent."""
+        """Answer all open requests, abort running goals, and remove the server from the graph. Idempotent."""
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionServerCore.destroy(self)

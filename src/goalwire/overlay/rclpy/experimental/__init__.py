@@ -1,4 +1,4 @@
-"""rclpy.experimental: ROS 2's experimental classes. Each is imported when it is first needed."""
+"""rclpy.experimental: ROS 2's experimental classes, each of which is imported at its first use."""
 
 from __future__ import annotations
 

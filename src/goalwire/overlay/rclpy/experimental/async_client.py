@@ -16,7 +16,7 @@ class AsyncClient(Adopted, BaseClient[RequestT, ResponseT]):
     calls: AwaitedCalls
 
     async def call(self, request: RequestT) -> ResponseT:  # type: ignore[override]  # rclpy's name for it
-        """Send a request and wait for its response without a limit: use asyncio.timeout.
+        """Send a request and wait for its response, without a time limit: to set one, use asyncio.timeout.
 
         Raises CancelledError if the client is destroyed meanwhile, RuntimeError if it was destroyed before,
         ShutDownError at shutdown; TypeError and EncodeError for an invalid request.
@@ -24,7 +24,9 @@ class AsyncClient(Adopted, BaseClient[RequestT, ResponseT]):
         return cast('ResponseT', await self.calls.call(request))
 
     async def wait_for_service(self, *, check_interval: float = 0.1) -> None:  # type: ignore[override]
-        """Wait until there is a server. A change of the graph wakes this, so `check_interval` has no effect.
+        """Wait until there is a server.
+
+        Each change of the graph wakes this coroutine, so `check_interval` has no effect.
 
         Raises InvalidHandle if the client is destroyed, ShutDownError at shutdown.
         """

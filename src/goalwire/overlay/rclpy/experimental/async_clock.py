@@ -1,4 +1,4 @@
-"""rclpy.experimental.async_clock: a clock whose `sleep` coroutines await."""
+"""rclpy.experimental.async_clock: a clock with an awaitable `sleep`."""
 
 from goalwire.execution.asyncio.clock import AsyncClock
 

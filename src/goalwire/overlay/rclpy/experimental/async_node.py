@@ -35,12 +35,12 @@ ResponseT = TypeVar('ResponseT')
 
 
 class AsyncNode(BaseNode):
-    """A node without executor and thread: use `async with`, or await `run()`.
+    """A node that needs neither executor nor thread: use it by `async with`, or await `run()`.
 
-    Callbacks, plain or `async def`, run in the loop that entered the node. The end of the block cancels
-    running callbacks, waits until they have cleaned up, and destroys the node. An error in a callback acts
-    like one in a task of an asyncio.TaskGroup: the body is cancelled, and the block raises an ExceptionGroup.
-    Only the loop's thread may use the node.
+    Callbacks, plain or `async def`, run in the asyncio loop that entered the node. The end of the block
+    cancels running callbacks, waits until they have cleaned up, and destroys the node. An error in a callback
+    acts like an error in a task of an asyncio.TaskGroup: the body of the block is cancelled, and the block
+    raises an ExceptionGroup. Only the loop's thread may use the node.
     """
 
     _clock: AsyncClock
@@ -49,10 +49,13 @@ class AsyncNode(BaseNode):
         self._ros_runs = CallbackTasks()
         self._ros_host = SharedLoop(self.handle.work_queue, self.context.shutdown_signal, self._ros_runs)
 
-    # -- its life ------------------------------------------------------------------------------------------
+    # -- life cycle ----------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
-        """Let the running loop run the callbacks. Raises RuntimeError if called twice or once destroyed."""
+        """Let the running loop run the callbacks.
+
+        Raises RuntimeError if called twice or on a destroyed node.
+        """
         self._ros_check_alive()
         if self._ros_host.running:
             raise RCLError(f"cannot enter the node '{self.handle.name.qualified}': it is running already")
@@ -70,7 +73,7 @@ class AsyncNode(BaseNode):
     async def run(self) -> None:
         """Run until the node is destroyed, the context is shut down or this task is cancelled.
 
-        If the node has not been entered, this enters it and destroys it at the end.
+        If the node has not been entered, this method enters it, and destroys it at the end.
         """
         if self._ros_host.running:
             await self._ros_host.wait()
@@ -79,7 +82,7 @@ class AsyncNode(BaseNode):
             await self._ros_host.wait()
 
     def destroy_node(self) -> None:
-        """Destroy the node's entities, then the node; `run` returns. Idempotent."""
+        """Destroy the node's entities, then the node; this makes `run` return. Idempotent."""
         try:
             super().destroy_node()
         finally:
@@ -87,7 +90,7 @@ class AsyncNode(BaseNode):
             self._ros_host.end()
 
     def get_clock(self) -> AsyncClock:
-        """Return the node's clock (ROS time); `await node.get_clock().sleep(seconds)`."""
+        """Return the node's clock (ROS time), for example for `await node.get_clock().sleep(seconds)`."""
         return self._clock
 
     async def wait_for_node(  # type: ignore[override]  # as rclpy has it
@@ -96,9 +99,10 @@ class AsyncNode(BaseNode):
         *,
         check_interval: float = 0.1,
     ) -> None:
-        """Wait until the node is in the graph; `check_interval` has no effect, since each change wakes this.
+        """Wait until the graph has a node of this name.
 
-        Raises ShutDownError at shutdown.
+        Each change of the graph wakes this coroutine, so `check_interval` has no effect. Raises ShutDownError
+        at shutdown.
         """
         self._ros_check_alive()
         namespace, _, name = fully_qualified_node_name.rpartition('/')
@@ -107,21 +111,23 @@ class AsyncNode(BaseNode):
         if not await await_graph(self.context, lambda: graph.node_exists(name, namespace)):
             raise ShutDownError(f"the node '{fully_qualified_node_name}' did not appear")
 
-    # -- what it makes -------------------------------------------------------------------------------------
+    # -- creation of entities ------------------------------------------------------------------------------
 
     def create_publisher(
         self, msg_type: type[MsgT], topic: str, qos_profile: QoSProfile | int
     ) -> AsyncPublisher[MsgT]:
         """Create a publisher; `qos_profile` is a profile or a history depth.
 
-        As with Node, a warning names subscriptions with incompatible QoS. Raises
-        InvalidTopicNameException; TypeError or RuntimeError for a bad type or profile, or once destroyed.
+        As with Node, a warning is logged for subscriptions with incompatible QoS. Raises
+        InvalidTopicNameException; TypeError or RuntimeError for a bad type or profile, or on a destroyed
+        node.
         """
         self._ros_check_alive()
         profile = QoSProfile.of(qos_profile)
         publisher = AsyncPublisher(self.handle, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
-        publisher.event_handlers = event_handlers(publisher, None, _group(False))  # the default handlers warn
+        # The default callbacks for events log warnings.
+        publisher.event_handlers = event_handlers(publisher, None, _group(False))
         publisher.on_destroy = self._ros_adopted(publisher, self._publishers)
         return publisher
 
@@ -187,8 +193,8 @@ class AsyncNode(BaseNode):
         """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
 
         With `raw` the callback gets serialized bytes. Messages are handled one after the other or, with
-        `concurrent`, at the same time. Content filters are not supported: with one, a warning is logged and
-        every message is delivered. Raises as create_publisher does.
+        `concurrent`, at the same time. Content filters are not supported: if one is given, a warning is
+        logged, and every message is delivered. Raises as create_publisher does.
         """
         self._ros_check_alive()
         profile = QoSProfile.of(qos_profile)
@@ -287,7 +293,9 @@ class AsyncNode(BaseNode):
     def _ros_adopted(
         self, entity: Any, owned: list[Any], work: CallbackSource | None = None
     ) -> Callable[[], None]:
-        """Add an entity to the node's list, and return the function to call when the entity is destroyed."""
+        """Add an entity to a list of the node, and return the function to call when the entity is
+        destroyed.
+        """
         owned.append(entity)
 
         def discard() -> None:
@@ -311,5 +319,5 @@ class AsyncNode(BaseNode):
 
 
 def _group(concurrent: bool) -> CallbackGroup:
-    """Return a new group: each entity has its own group, so that entities never wait for each other."""
+    """Return a new callback group, one for each entity, so that entities never wait for each other."""
     return ReentrantCallbackGroup() if concurrent else MutuallyExclusiveCallbackGroup()

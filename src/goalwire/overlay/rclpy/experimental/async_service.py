@@ -12,7 +12,10 @@ class AsyncService(Adopted, Service[RequestT, ResponseT]):
     """Serves one service. Made by AsyncNode.create_service."""
 
     def send_response(self, response: object, header: Request) -> None:
-        """Send the response. If the callback has destroyed its service or node, the client gets an error."""
+        """Send the response.
+
+        If the callback has destroyed the service or the node, the client gets an error.
+        """
         if self.destroyed:
             header.cancel('its service was destroyed')
         else:

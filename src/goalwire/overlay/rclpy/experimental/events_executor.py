@@ -9,7 +9,10 @@ __all__ = ['EventsExecutor']
 
 
 class EventsExecutor(SingleThreadedExecutor):
-    """The single-threaded executor under rclpy's name for one driven by events; goalwire's all are."""
+    """Goalwire's single-threaded executor under the name of rclpy's event-driven executor.
+
+    All executors of goalwire are driven by events.
+    """
 
 
 reexport(__name__)

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 def builtin_profile(qos: QoS) -> QoSProfile:
-    """Return the profile of one of the services that every node has."""
+    """Return the QoS profile of one of the services that every node has."""
     return qos_profile_parameters if qos is PARAMETERS else qos_profile_services_default
 
 
@@ -100,14 +100,14 @@ class BaseNode(NodeGraph, ClockedNode):
             if automatically_declare_parameters_from_overrides:
                 self._ros_declare_overrides()
             self._ros_make_standing_parts(start_parameter_services, enable_logger_service)
-        except BaseException:  # for example an invalid override
+        except BaseException:  # for example if an override is invalid
             self.handle.destroy()
             raise
 
     def _ros_make_standing_parts(self, parameter_services: bool, logger_services: bool) -> None:
         """Make the entities that every node has.
 
-        The parameters must be there, since some of them decide which entities are made.
+        The parameters must be declared already, since some of them decide which entities are made.
         """
         self._time_source = TimeSource(node=self)
         self._time_source.attach_clock(self._clock)
@@ -115,18 +115,21 @@ class BaseNode(NodeGraph, ClockedNode):
             self, TypeDescriptionService, parameters=parameter_services, loggers=logger_services
         )
 
-    # -- what it is ----------------------------------------------------------------------------------------
+    # -- identity ------------------------------------------------------------------------------------------
 
-    if not TYPE_CHECKING:  # `attrgetter`, since each spin reads this twice
+    if not TYPE_CHECKING:  # `attrgetter` is fast, and each spin reads `handle` twice
         handle = property(
             attrgetter('_ros_core'), doc='The implementation of the node: there is no C handle.'
         )
 
         def __getattr__(self, name: str) -> Any:
-            """Raise AttributeError. If the node's own part is missing, say that __init__() was not called."""
+            """Raise AttributeError.
+
+            If Node's own attributes are missing, the text says that __init__() was not called.
+            """
             kind = type(self).__name__
             if name == '_parameters' and '_ros_parameters' in self.__dict__:
-                return self._ros_parameters  # programs read this private name of rclpy, unless they set it
+                return self._ros_parameters  # programs read rclpy's private name `_parameters`
             text = f'{kind!r} object has no attribute {name!r}'
             if '_ros_core' not in self.__dict__ and (name[0] == '_' or hasattr(BaseNode, name)):
                 text = f"{kind} is not a node yet: {kind}.__init__() must call super().__init__('name') first"
@@ -166,7 +169,7 @@ class BaseNode(NodeGraph, ClockedNode):
         return self._logger
 
     def _ros_prepare(self) -> None:
-        """Prepare the node for its entities, before the first is made."""
+        """Prepare the node for its entities, before the first entity is made."""
 
     def _ros_make_clock(self) -> ROSClock:
         """Make the node's clock."""
@@ -221,7 +224,7 @@ class BaseNode(NodeGraph, ClockedNode):
         cls = type(self)
         return f'<{cls.__module__}.{cls.__qualname__} object at {id(self):#x}: {self.handle.name.qualified}>'
 
-    # -- what it owns --------------------------------------------------------------------------------------
+    # -- entities ------------------------------------------------------------------------------------------
 
     @property
     def publishers(self) -> Iterator[Publisher[Any]]:
@@ -230,7 +233,7 @@ class BaseNode(NodeGraph, ClockedNode):
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
-        """The subscriptions made by this node, with the subscription to /clock."""
+        """The subscriptions made by this node, including the subscription to /clock."""
         yield from self._subscriptions
         for owned in self.handle.owned():
             if isinstance(owned, ListedClockSubscription):
@@ -262,7 +265,7 @@ class BaseNode(NodeGraph, ClockedNode):
         yield from self._ros_waitables
 
     def add_waitable(self, waitable: Waitable[Any]) -> None:
-        """Add a waitable: the node's executor runs it, too."""
+        """Add a waitable, so that the node's executor runs it, too."""
         self._ros_waitables.append(waitable)
         if not isinstance(waitable, SelfDriven):
             from goalwire.execution.waitable import WaitablePoller
@@ -270,7 +273,7 @@ class BaseNode(NodeGraph, ClockedNode):
             self.handle.work_queue.add_poller(WaitablePoller(self.handle.work_queue, waitable))
 
     def remove_waitable(self, waitable: Waitable[Any]) -> None:
-        """Forget a waitable; raises ValueError if it is not the node's."""
+        """Forget a waitable; raises ValueError if the node does not have it."""
         self._ros_waitables.remove(waitable)
         self.handle.work_queue.remove_poller(waitable)
 
@@ -298,7 +301,7 @@ class BaseNode(NodeGraph, ClockedNode):
         for waitable in reversed(list(self._ros_waitables)):
             if isinstance(waitable, SelfDriven):
                 waitable.destroy()
-            else:  # entities that the program made
+            else:  # waitables that the program made
                 self.remove_waitable(waitable)
         self.handle.destroy()
         for owned in (self._publishers, self._subscriptions, self._clients, self._services):
@@ -309,7 +312,7 @@ class BaseNode(NodeGraph, ClockedNode):
 
 
 def timer_period_ns(timer_period_sec: float) -> int:
-    """Return a period in ns; raises RCLError below 0, TypeError or ValueError for anything but a number."""
+    """Return a period in ns; raises RCLError for one below 0, TypeError or ValueError for a non-number."""
     given: object = timer_period_sec
     if callable(given) and not hasattr(given, '__float__'):
         raise TypeError(
@@ -325,7 +328,7 @@ def timer_period_ns(timer_period_sec: float) -> int:
 
 
 def reserve_properties(cls: type) -> None:
-    """Let an assignment to a read-only property of `cls` raise an error that explains the conflict."""
+    """Make assignments to read-only properties of `cls` raise an error that explains the name conflict."""
     for name, value in vars(cls).copy().items():
         if isinstance(value, property) and value.fset is None:
             setattr(cls, name, value.setter(partial(_refuse_value, name=name)))
@@ -336,7 +339,7 @@ def _refuse_value(node: object, _value: object, name: str) -> NoReturn:
 
 
 def refuse_assignment(node: object, name: str) -> NoReturn:
-    """Raise AttributeError if a program sets an attribute whose name every node has."""
+    """Raise AttributeError, because a program sets an attribute whose name is a property of every node."""
     kind = type(node).__name__
     raise AttributeError(
         f"'{name}' is a property of every Node, and cannot be set: give this attribute of {kind} "

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 
 class Endpoint:
-    """A mixin for entities of goalwire.entities, which do the work. A `with` block destroys them."""
+    """A mixin that gives rclpy's attributes to entities of goalwire.entities.
+
+    A `with` block destroys them.
+    """
 
     qos_profile: QoSProfile
 
@@ -44,7 +47,7 @@ class Endpoint:
 
     @property
     def handle(self) -> Self:
-        """The handle, as rclpy's programs use it. Its `with` block does not destroy the entity."""
+        """The handle that rclpy's programs use. A `with` block of the handle does not destroy the entity."""
         return handle_of(self)
 
     @property
@@ -88,7 +91,7 @@ class ServiceEndpoint(Endpoint):
 
     @property
     def srv_name(self) -> str:
-        """The name given to the constructor."""
+        """The service's name as it was given to the constructor."""
         return self.name
 
     def configure_introspection(
@@ -97,7 +100,7 @@ class ServiceEndpoint(Endpoint):
         service_event_qos_profile: QoSProfile,
         introspection_state: ServiceIntrospectionState,
     ) -> None:
-        """Publish each step of calls on `<service>/_service_event`, or stop that (OFF).
+        """Publish each step of service calls on `<service>/_service_event`, or stop publishing (state OFF).
 
         Raises TypeError for an invalid state, InvalidHandle once destroyed.
         """
@@ -107,13 +110,16 @@ class ServiceEndpoint(Endpoint):
 class Adopted:
     """A mixin for entities of an AsyncNode; it must be the first base class.
 
-    The node is notified of the entity's destruction, and cancels the entity's callbacks.
+    When the entity is destroyed, the node is notified, and cancels the entity's callbacks.
     """
 
     on_destroy: Callable[[], object] | None = None
 
     def destroy(self) -> None:
-        """Destroy the entity and cancel its running callbacks, except the one that calls this. Idempotent."""
+        """Destroy the entity and cancel its running callbacks, except one that calls `destroy`.
+
+        Idempotent.
+        """
         super().destroy()  # type: ignore[misc]  # the entity's
         if self.on_destroy is not None:
             self.on_destroy()

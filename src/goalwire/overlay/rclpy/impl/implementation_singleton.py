@@ -1,4 +1,4 @@
-"""rclpy.impl.implementation_singleton: rclpy's C extension, under the name by which programs know it."""
+"""rclpy.impl.implementation_singleton: the stand-in for rclpy's C extension, where programs import it."""
 
 from rclpy import _rclpy_pybind11 as rclpy_implementation
 

@@ -1,4 +1,4 @@
-"""rclpy.impl.rcutils_logger: the logger and the filters of its calls."""
+"""rclpy.impl.rcutils_logger: the logger, and the filters of its calls (once, skip_first, …)."""
 
 from goalwire.logging.filters import (
     LoggingFilter,

@@ -123,9 +123,9 @@ class TopicEndpoints(BaseNode):
     ) -> Subscription[MsgT]:
         """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
 
-        With `raw` the callback gets serialized bytes. With `views`, sequences of numbers and
-        serialized bytes are read-only memoryviews. If the message came through shared memory, they point into
-        it and stay valid as long as they are referenced. Raises as create_publisher does.
+        With `raw` the callback gets serialized bytes. With `views`, sequences of numbers and serialized bytes
+        are read-only memoryviews. If the message came through shared memory, the views point into this
+        memory, and stay valid as long as they are referenced. Raises as create_publisher does.
         """
         self.handle.check_open()
         profile = self._ros_overridden(
@@ -146,7 +146,7 @@ class TopicEndpoints(BaseNode):
     def _ros_overridden(
         self, profile: QoSProfile, entity: str, topic: str, options: QoSOverridingOptions | None
     ) -> QoSProfile:
-        """Return the profile with the overrides in the node's parameters for this endpoint."""
+        """Return the QoS profile with the overrides for this endpoint in the node's parameters."""
         if options is None:
             return profile
         from rclpy.qos_overriding_options import overridden
@@ -159,7 +159,7 @@ class TopicEndpoints(BaseNode):
         callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
         group: CallbackGroup,
     ) -> None:
-        """Attach the callbacks for the events of a new endpoint; if one is refused, destroy it."""
+        """Attach the event callbacks of a new endpoint; if a callback is refused, destroy the endpoint."""
         from rclpy.event_handler import event_handlers
 
         try:
@@ -186,7 +186,7 @@ class TopicEndpoints(BaseNode):
 
 
 def destroy_owned(entity: Any, owned: list[Any]) -> bool:
-    """Destroy one of a node's entities and remove it from the node's list; False if it is not in the list."""
+    """Destroy an entity and remove it from its node's list `owned`; return False if the list lacks it."""
     if entity not in owned:
         return False
     owned.remove(entity)
@@ -194,7 +194,7 @@ def destroy_owned(entity: Any, owned: list[Any]) -> bool:
     return True
 
 
-# Python's errors show the qualified name. Users know these functions as methods of Node.
+# Python's errors show a function's qualified name, and users know these functions as methods of Node.
 for _function in (
     TopicEndpoints.create_publisher,
     TopicEndpoints.create_subscription,

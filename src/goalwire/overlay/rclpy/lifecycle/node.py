@@ -32,18 +32,19 @@ MsgT = TypeVar('MsgT')
 class LifecycleNodeMixin(ManagedEntity):
     """Makes a Node a managed node: `class Mine(LifecycleNodeMixin, Node)`. Initialize Node before the mixin.
 
-    The transition callbacks (on_configure and so on) call those of the managed entities in the order of their
-    addition, until one does not return SUCCESS. Override them; call super() to extend them.
+    The transition callbacks (on_configure and so on) call the same callbacks of the managed entities, in the
+    order in which the entities were added, until one does not return SUCCESS. Programs override the node's
+    callbacks, and call super() to extend them.
     """
 
     def __init__(
         self, *, enable_communication_interface: bool = True, callback_group: CallbackGroup | None = None
     ) -> None:
-        """Offer services unless `enable_communication_interface` is false; transition events always."""
+        """Publish transition events; offer services if `enable_communication_interface` is true."""
         node = self._ros_as_node()
         clock = node.get_clock()
         self._ros_lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
-        self._state_machine = self._ros_lifecycle.machine  # programs read its current_state
+        self._state_machine = self._ros_lifecycle.machine  # programs read `_state_machine.current_state`
         if enable_communication_interface:
             LifecycleServices(self._ros_lifecycle).offer(callback_group)
 
@@ -51,23 +52,23 @@ class LifecycleNodeMixin(ManagedEntity):
         return cast('Node', self)
 
     def trigger_configure(self) -> TransitionCallbackReturnType:
-        """Make the node inactive. Each trigger raises RCLError if its transition is not allowed now."""
+        """Configure the node, which makes it inactive; raises RCLError if that is not allowed now."""
         return self._ros_lifecycle.trigger(CONFIGURE)
 
     def trigger_cleanup(self) -> TransitionCallbackReturnType:
-        """Make the inactive node unconfigured."""
+        """Clean up the inactive node, which makes it unconfigured; raises as trigger_configure does."""
         return self._ros_lifecycle.trigger(CLEANUP)
 
     def trigger_shutdown(self) -> TransitionCallbackReturnType:
-        """Make the node finalized."""
+        """Shut the node down, which makes it finalized; raises as trigger_configure does."""
         return self._ros_lifecycle.trigger_shutdown()
 
     def trigger_activate(self) -> TransitionCallbackReturnType:
-        """Make the inactive node active."""
+        """Activate the inactive node; raises as trigger_configure does."""
         return self._ros_lifecycle.trigger(ACTIVATE)
 
     def trigger_deactivate(self) -> TransitionCallbackReturnType:
-        """Make the active node inactive."""
+        """Deactivate the active node; raises as trigger_configure does."""
         return self._ros_lifecycle.trigger(DEACTIVATE)
 
     def add_managed_entity(self, entity: ManagedEntity) -> None:
@@ -75,35 +76,36 @@ class LifecycleNodeMixin(ManagedEntity):
         self._ros_lifecycle.add(entity)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturnType:
-        """Call each entity's on_configure."""
+        """Call on_configure of each managed entity."""
         return self._ros_lifecycle.call_entities('on_configure', state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturnType:
-        """Call each entity's on_cleanup."""
+        """Call on_cleanup of each managed entity."""
         return self._ros_lifecycle.call_entities('on_cleanup', state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturnType:
-        """Call each entity's on_shutdown."""
+        """Call on_shutdown of each managed entity."""
         return self._ros_lifecycle.call_entities('on_shutdown', state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturnType:
-        """Call each entity's on_activate."""
+        """Call on_activate of each managed entity."""
         return self._ros_lifecycle.call_entities('on_activate', state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturnType:
-        """Call each entity's on_deactivate."""
+        """Call on_deactivate of each managed entity."""
         return self._ros_lifecycle.call_entities('on_deactivate', state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturnType:
-        """Call each entity's on_error."""
+        """Call on_error of each managed entity."""
         return self._ros_lifecycle.call_entities('on_error', state)
 
     def create_lifecycle_publisher(
         self, msg_type: type[MsgT], topic: str, qos_profile: QoSProfile | int, **kwargs: Any
     ) -> LifecyclePublisher[MsgT]:
-        """Create a publisher that publishes while the node is active. Arguments are as in create_publisher.
+        """Create a publisher that publishes only while the node is active.
 
-        Raises as create_publisher does, and TypeError for `publisher_class`.
+        The arguments are those of create_publisher. Raises as create_publisher does, and TypeError for
+        `publisher_class`.
         """
         if 'publisher_class' in kwargs:
             raise TypeError("create_publisher() got an unexpected keyword argument 'publisher_class'")
