@@ -55,7 +55,7 @@ def _total(seconds: float | str, nanoseconds: float) -> int:
 class Duration:
     """A span of time; negative ones are allowed."""
 
-    __slots__ = ('__dict__', '__weakref__', '_nanoseconds')  # programs set their own attributes
+    __slots__ = ('__dict__', '__weakref__', '_nanoseconds')  # programs set attributes of their own
 
     def __init__(self, *, seconds: float = 0, nanoseconds: float = 0) -> None:
         """Make a span of `seconds` plus `nanoseconds`.

@@ -104,7 +104,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             self.signalMessage(*messages)
 
     def _match(self, stamp: int, index: int | None) -> tuple[int, ...] | None:
-        """Return matching stamps, one from each queue, and `stamp` from queue `index`; None without a match."""
+        """Return matching stamps, one from each queue, `stamp` from queue `index`; None without a match."""
         slop = self.slop.nanoseconds
 
         def near(queue: Queue) -> list[int]:

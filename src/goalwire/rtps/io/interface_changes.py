@@ -32,7 +32,7 @@ class InterfaceChanges:
 
     def _read(self, _events: int) -> None:
         assert self._socket is not None
-        with suppress(OSError):  # the socket is empty or has overflowed; either way interfaces changed
+        with suppress(OSError):  # raised if the socket is empty or has overflowed
             while self._socket.recv(65536):
                 pass
         self._on_change()

@@ -143,7 +143,8 @@ class Sockets:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         if hasattr(socket, 'SO_REUSEPORT'):
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-        if sys.platform == 'linux':  # or else it hears groups that other programs have joined
+        # On Linux a socket receives from all groups that any program has joined, unless this option is 0.
+        if sys.platform == 'linux':
             level, option = _ALL_GROUPS_V6 if self._settings.ipv6 else _ALL_GROUPS
             with suppress(OSError):
                 sock.setsockopt(level, option, 0)

@@ -105,7 +105,8 @@ class Backlog:
         if begun is None:
             begun = Partial(fragment)
             if next_number and number >= next_number + bounds.MOST_UNFINISHED and is_reliable:
-                return None  # not counted: normal on a lossy network, and the sample is requested again
+                # Not counted as refused: on a lossy network this is normal. The sample is requested again.
+                return None
             while len(partials) >= bounds.MOST_UNFINISHED:
                 self._wire.refuse('unfinished sample', f'{bounds.MOST_UNFINISHED} newer ones are unfinished')
                 self.drop_partial(next(iter(partials)))

@@ -373,7 +373,8 @@ def split(packet: bytes) -> Iterator[tuple[int, int, int, int]]:
         low, high = (at + 2, at + 3) if flags & LITTLE else (at + 3, at + 2)
         length = packet[low] | packet[high] << 8
         at += 4
-        if not length and kind not in (PAD, INFO_TS):  # 0: the body ends with the packet
+        # A length of 0 means that the body ends with the packet.
+        if not length and kind not in (PAD, INFO_TS):
             length = size - at
         if length > size - at:
             raise RtpsError(f'a submessage 0x{kind:02x} of {length} bytes is cut off at byte {at}')

@@ -117,7 +117,8 @@ class Repairs:
         if missing:
             proxy.interval = HEARTBEAT_S
             self.repair(proxy, missing)
-        elif has_nothing and proxy.acked < last:  # the reader will request all samples
+        elif has_nothing and proxy.acked < last:
+            # The reader has no sample yet, and would request all of them.
             if output.wire.clock() >= proxy.pushed_at + ON_THE_WAY_S:
                 self.push(proxy, list(range(proxy.acked + 1, min(last, proxy.acked + 256) + 1)))
         elif not acknack.is_final:
@@ -186,7 +187,8 @@ class Repairs:
             if number > last or left <= 0:
                 break
             if change is not None and change.size > output.fragment_size and not change.fragment_size:
-                change.fragment_size = output.fragment_size  # older than the reader: not cut before
+                # A sample that is older than all readers has not been cut into fragments yet.
+                change.fragment_size = output.fragment_size
             if change is None or number < proxy.start or change.reader not in (None, proxy.data.guid):
                 gone.append(number)
             elif change.fragment_size:

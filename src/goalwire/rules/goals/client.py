@@ -226,7 +226,8 @@ class GoalClient(Generic[WaiterT, ResultT]):
             self._feedback_dropped += goal.feedback.dropped
         goal.feedback = feedback
         goal.answered = True
-        self.active[goal_id] = goal  # before `_recall`: threads that read without the lock always find it
+        # Added before `_recall` takes it out of `ended`: threads without the lock always find the goal.
+        self.active[goal_id] = goal
         self._recall(goal_id)
         return goal
 
@@ -256,7 +257,8 @@ class GoalClient(Generic[WaiterT, ResultT]):
         if goal is None:
             goal = self.ended.get(goal_id) or ClientGoal(goal_id)
             goal.answered = True
-            self.active[goal_id] = goal  # before `_recall`: threads read without the lock
+            # Added before `_recall` takes it out of `ended`: threads without the lock always find the goal.
+            self.active[goal_id] = goal
             self._recall(goal_id)
         goal.waiters.append(waiter)
         return [RequestResult(goal_id)] if len(goal.waiters) == 1 else []
@@ -340,7 +342,8 @@ class GoalClient(Generic[WaiterT, ResultT]):
         Only the latest REMEMBERED goals are kept there.
         """
         goal_id = goal.goal_id
-        self.ended[goal_id] = goal  # before the `del`: threads that read without the lock always find it
+        # Added before it is taken out of `active`: threads without the lock always find the goal.
+        self.ended[goal_id] = goal
         del self.active[goal_id]
         if not goal.status.is_terminal:
             self._lost.add(goal_id)

@@ -67,8 +67,8 @@ def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool)
     """Return the values in a file's content for some nodes (None: for all), by dotted parameter names.
 
     In the file, a node stands under its full name, or below its namespace. With `use_wildcard` the values of
-    `/**` apply first, then those of names such as `/*/arm` that match a node. Without it, names that have a
-    `*` are left out, as in rclpy since 7.1.11. Raises FileShapeError.
+    `/**` apply first, then those of names such as `/*/arm` that match a node. Without `use_wildcard`, names
+    that have a `*` are left out, as in rclpy since 7.1.11. Raises FileShapeError.
     """
     if not isinstance(content, dict):
         raise FileShapeError(
