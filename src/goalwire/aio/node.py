@@ -222,7 +222,9 @@ class Node:
 
     @property
     def name(self) -> str:
-        """The node's fully-qualified name. This and all methods below raise ClosedError outside the block."""
+        """The node's fully-qualified name. This property and all methods of the node raise ClosedError
+        outside its block.
+        """
         return self._open_core().name.qualified
 
     @property
@@ -377,11 +379,11 @@ class Node:
         """Serve goals with `async def handler(goal)`, which returns the result of a successful goal.
 
         A cancelled goal cancels its handler, as asyncio cancels tasks; raising GoalAborted, or any error,
-        aborts the goal. `accept(goal.request)` returns True for goals to accept. `policy` says how many run
-        at a time. `on_client_lost` says what happens to the goals of a client that has gone, unless another
-        client asks for their results within `client_grace` s. `on_failure(goal, error)` is called after a
-        handler has raised, and may return a result to send. With a `journal`, the path of a file, ids and
-        results outlive the server: no id is executed twice, and `probe` tells of goals whose server died.
+        aborts the goal. `accept(goal.request)` returns True for goals to accept. `policy` says how many goals
+        run at a time. `on_client_lost` says what happens to the goals of a client that has gone, unless
+        another client asks for their results within `client_grace` s. `on_failure(goal, error)` is called
+        after a handler has raised, and may return a result to send. With a `journal`, the path of a file, ids
+        and results outlive the server: no id is executed twice, and `probe` tells of goals whose server died.
         Raises as `action` does; ValueError for an unknown `on_client_lost`; JournalError.
         """
         core, support = self._open_core(), action_support(action_type)

@@ -99,7 +99,9 @@ class Parameters(Mapping[str, Any]):
             raise InvalidParameterValueException(', '.join(values), dict(values), result.reason)
 
     def changes(self) -> Changes:
-        """Return an async iterator of the names and values that change from now on, also by other nodes."""
+        """Return an async iterator of the changes from now on, each a name and a value; other nodes' changes
+        count.
+        """
         return Changes(self._store)
 
     def __contains__(self, name: object) -> bool:

@@ -72,7 +72,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         try:
             return future.result()  # type: ignore[no-any-return]  # `cast` would be one function more to enter
         finally:
-            del future  # its exception's traceback holds this frame: break the cycle of references
+            del future  # breaks a reference cycle: the exception's traceback holds this frame
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""

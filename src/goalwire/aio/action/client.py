@@ -131,11 +131,11 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return AttachedRun(self._core, read_goal_id(goal_id), limits)
 
     async def probe(self, goal_id: bytes | UUID, *, timeout: float = 10.0) -> GoalProbe[ResultT]:
-        """Ask the server for the state of a goal that any client has sent before. This changes nothing there.
-
-        This takes 1 to 2 s for a running goal, 2 s for an unknown one, `timeout` s at most. If there is no
-        server, if there are two, or if the server does not answer, the state is CANNOT_TELL. Raises
-        InvalidHandle once closed, ShutDownError; TypeError and ValueError as `send` does for a time or an id.
+        """Ask the server for the state of a goal that any client has sent before. The question changes
+        nothing at the server. It takes 1 to 2 s for a running goal, 2 s for an unknown one, `timeout` s at
+        most. If there is no server, if there are two, or if the server does not answer, the state is
+        CANNOT_TELL. Raises InvalidHandle once closed, ShutDownError; TypeError and ValueError as `send` does
+        for a time or an id.
         """
         timeout_ns(timeout, 'timeout')
         return await probe_goal(self._core, read_goal_id(goal_id), timeout)

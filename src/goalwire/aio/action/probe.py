@@ -28,10 +28,11 @@ if TYPE_CHECKING:
 ResultT = TypeVar('ResultT')
 
 ASK_AGAIN_S = 1.0
-"""How long to wait for one answer before the request is repeated: a new client's first request may be lost.
+"""How long, in s, to wait for one answer before the request is repeated: a new client's first request may be
+lost.
 """
 APART_S = 2.0
-"""The time between two answers "unknown goal". A goal or a status array that is on its way arrives in it."""
+"""The time in s between two answers "unknown goal". A goal or a status array on its way arrives meanwhile."""
 _SILENCES = 2
 """How many requests stay unanswered before a goal that is in no status array counts as running."""
 
