@@ -73,7 +73,7 @@ class CallContext:
 
     @property
     def title(self) -> str:
-        """ "service '/name'"."""
+        """The call's name in error texts: "service '/name'"."""
         return f"{self.kind} '{self.name}'"
 
     def see_servers(self, served_as: str) -> None:

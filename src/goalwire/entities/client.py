@@ -225,7 +225,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
 
     @property
     def destroyed(self) -> bool:
-        """True once destroyed."""
+        """True once this client is destroyed."""
         return self._port is None
 
     def destroy(self) -> None:

@@ -54,7 +54,7 @@ class InGraph(Protocol):
 
     @property
     def context(self) -> HasEndpointPlaces:
-        """Its context."""
+        """The node's context."""
 
     @property
     def graph(self) -> Graph:

@@ -98,7 +98,7 @@ class NodeCore:
 
     @property
     def destroyed(self) -> bool:
-        """True once destroyed."""
+        """True once the node is destroyed."""
         return self._port is None
 
     def __enter__(self) -> Self:
@@ -117,7 +117,7 @@ class NodeCore:
 
     @property
     def logger_name(self) -> str:
-        """'a.b.name' for the node /a/b/name."""
+        """The name of the node's logger: 'a.b.name' for the node /a/b/name."""
         return self.name.logger
 
     def resolve(self, name: str, *, is_service: bool = False, only_expand: bool = False) -> str:

@@ -186,11 +186,11 @@ class PublisherCore(Generic[MsgT]):
 
     @property
     def destroyed(self) -> bool:
-        """True once destroyed."""
+        """True once the publisher is destroyed."""
         return self._port is None
 
     def destroy(self) -> None:
-        """Undeclare. Idempotent."""
+        """Undeclare the publisher. Idempotent."""
         port, self._port = self._port, None
         if port is not None:
             self._send = _refuse

@@ -42,7 +42,7 @@ class PublishingNode(InGraph, Protocol):
 
     @property
     def destroyed(self) -> bool:
-        """True once destroyed."""
+        """True once the node is destroyed."""
 
     def resolve(self, name: str) -> str:
         """Return the fully-qualified name of a topic."""
@@ -66,7 +66,7 @@ class RefusalDiagnostics:
         self._nodes.append(ref(node))
 
     def tell(self) -> None:
-        """Publish soon."""
+        """Have another thread publish the refusals soon."""
         # Another thread publishes: that may wait for room on the wire, which the calling thread makes.
         self._sends.soon(self._entry)
 

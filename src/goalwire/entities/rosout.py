@@ -40,7 +40,7 @@ class LoggingNode(InGraph, Protocol):
 
     @property
     def logger_name(self) -> str:
-        """'a.b.name' for the node /a/b/name."""
+        """The name of the node's logger: 'a.b.name' for the node /a/b/name."""
 
     @property
     def port(self) -> NodePort:
@@ -152,7 +152,7 @@ class _Outlet:
         return self._port.publish
 
     def destroy(self) -> None:
-        """Undeclare. Idempotent."""
+        """Undeclare the publisher. Idempotent."""
         node = self._node()
         if node is not None:
             node.disown(self)

@@ -139,7 +139,7 @@ class ServiceCore(Introspected):
 
     @property
     def destroyed(self) -> bool:
-        """True once destroyed."""
+        """True once the service is destroyed."""
         return self._server.destroyed
 
     def destroy(self) -> None:

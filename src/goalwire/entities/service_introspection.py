@@ -82,7 +82,7 @@ class Introspected:
 
     @property
     def destroyed(self) -> bool:
-        """True once destroyed."""
+        """True once the client or service is destroyed."""
         raise NotImplementedError
 
     def choose_reporter(self) -> None:

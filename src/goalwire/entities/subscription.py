@@ -195,7 +195,7 @@ class SubscriptionCore(Generic[MsgT]):
 
     @property
     def destroyed(self) -> bool:
-        """True once destroyed."""
+        """True once the subscription is destroyed."""
         return self._port is None
 
     def destroy(self) -> None:

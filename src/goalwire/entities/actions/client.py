@@ -313,7 +313,7 @@ class ActionClientCore(TimedCalls):
 
     @property
     def type_name(self) -> str:
-        """'pkg/action/Name'."""
+        """The action's type, as 'pkg/action/Name'."""
         return self.support.send_goal.type_name.removesuffix('_SendGoal')
 
     def event_queues(self) -> list[EventQueue[Any]]:

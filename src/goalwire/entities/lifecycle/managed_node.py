@@ -164,7 +164,7 @@ class TransitionEvents:
             self._logger.error(f'The {transition.label} event was not published: {error}')
 
     def destroy(self) -> None:
-        """Undeclare. Idempotent."""
+        """Undeclare the publisher. Idempotent."""
         self._port.close()
 
 
