@@ -125,7 +125,9 @@ class Authorizer:
         return Decision(False, problem) if problem else self._policy.decide_stop(principal.name)
 
     def decide_missions(self, principal: Principal) -> Decision:
-        """Decide if the principal and the server may command missions. A refusal names the line."""
+        """Decide if both the principal and the server may command missions. A refusal names the policy's
+        line.
+        """
         problem = self.problem_of(principal)
         if problem:
             return Decision(False, problem)

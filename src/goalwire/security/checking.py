@@ -18,7 +18,7 @@ from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 
 SOON = timedelta(days=7)
-"""A certificate is reported from this long before it expires."""
+"""A certificate is reported if it expires within this time."""
 
 
 @record

@@ -210,7 +210,7 @@ class Keystore:
         return certificates.make_identity(self.site(), check_name(name), kind, self._life(name, life))
 
     def _life(self, name: str, life: timedelta) -> tuple[datetime, datetime]:
-        """Return from when until when a certificate is valid that is issued now."""
+        """Return the beginning and end of validity of a certificate that is issued now."""
         now = certificates.now()
         begin = now - certificates.CLOCK_SKEW
         revoked = self.revoked().get(name)

@@ -15,7 +15,7 @@ from typing import TypeAlias
 MOVES = 'moves'
 """The outcome, in an entry of the audit log, of an allowed act that moves a robot."""
 SILENT_S = 10.0
-"""A stream has ended after this time without a message, in s."""
+"""A stream ends after so many seconds without a message."""
 EACH_S = 60.0
 """The time in s between two entries of a stream that goes on."""
 MOST_STREAMS = 1024

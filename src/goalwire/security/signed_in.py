@@ -66,8 +66,8 @@ class SignedIn:
 
         `act` names the act in the audit log, if it is not the emergency stop.
 
-        Everybody who has signed in may use them, unless a role says `stop = false`: a gap in a policy must
-        not cost anybody the stop.
+        Everybody who has signed in may use the stops, unless a role says `stop = false`: a gap in a policy
+        must not cost anybody the stop.
         """
         decision = self._authorizer.decide_stop(self._principal)
         self._authorizer.note_stop(self._principal, names, decision, act)
