@@ -52,7 +52,7 @@ class Runner:
         boundary: Boundary | None = None,
     ) -> None:
         """`missions` are the functions whose missions this runner continues. `start` adds others. With
-        `one_at_a_time` each of them waits until no other one has the robot.
+        `one_at_a_time` each mission waits until no other one has the robot.
 
         `machine` and `boundary` are for the test kit: other clocks, and places to crash at.
         """
