@@ -129,7 +129,7 @@ class GraphChanges(Entity):
 def find_problems(endpoints: Iterable[GraphEntity]) -> Iterator[GraphProblem]:
     """Yield the conflicts among endpoints, each pair once."""
     known: dict[tuple[EndpointKind, str], list[GraphEntity]] = defaultdict(list)
-    for each in endpoints:  # each is compared with the earlier ones of its name
+    for each in endpoints:  # each endpoint is compared with the earlier ones of its name
         fellows = known[each.kind, each.name]
         counterparts = known[opposite(each.kind), each.name]
         for mismatch in find_mismatches(each, counterparts, fellows):
