@@ -163,4 +163,4 @@ def _is_slow_timer(owned: object) -> bool:
     try:
         return isinstance(owned, Timer) and not owned.is_canceled() and owned.timer_period_ns > WAIT_S * 1e9
     except InvalidHandle:
-        return False  # another thread has just destroyed it
+        return False  # another thread has just destroyed the timer

@@ -149,7 +149,7 @@ class NodeCore:
         return self.context.override_use if takes_them else None
 
     def note_callback(self, kind: str) -> None:
-        """Note that the program gave the node a callback of this kind, such as 'timer': somebody has to spin
+        """Note that the program gave the node a callback; `kind` is 'timer', for example. Somebody must spin
         the node.
         """
         if self._unspun is None:

@@ -401,7 +401,7 @@ class RequestClient:
         if call.introspected is not None:
             call.introspected.sent(sequence)
         self.pending[sequence] = call
-        if call.end_lock.locked():  # the call has ended before this number was known
+        if call.end_lock.locked():  # the call has ended before its request's number was known
             call.discard_request()
 
     def discard(self, call: PendingCall) -> None:

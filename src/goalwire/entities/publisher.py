@@ -113,7 +113,7 @@ class PublisherCore(Generic[MsgT]):
     def _publish_other(self, msg: object) -> None:
         if self._port is None:
             raise self._destroyed_error()
-        loaned = sys.modules.get('goalwire.entities.loans')  # whoever has a loan has imported it
+        loaned = sys.modules.get('goalwire.entities.loans')  # imported already if there is a loan
         if loaned is not None and isinstance(msg, loaned.LoanedMessage):
             loaned.publish(self._port, msg)
             return

@@ -183,7 +183,7 @@ class EndpointEvents:
     def _watch_graph(self) -> None:
         with self.lock:
             first, self._watches_graph = not self._watches_graph, True
-        if first:  # outside the lock: `_on_counterpart`, which takes it, is called at once
+        if first:  # outside the lock: `_on_counterpart` is called at once, and locks
             own = self.endpoint
             self._watch = self.node.graph.watch_counterparts(own.kind, own.name, weakly(self._on_counterpart))
             self.node.remains.add(self._watch.close)

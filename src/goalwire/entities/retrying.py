@@ -23,7 +23,7 @@ RECORDS_LIMIT = 1000
 
 
 def do_nothing() -> None:
-    """Do nothing: in place of the alarm of a call that has ended."""
+    """Do nothing: an alarm calls this instead once its call has ended."""
 
 
 class Retries:

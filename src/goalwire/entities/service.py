@@ -94,7 +94,7 @@ class ServiceCore(Introspected):
                 f"return the {expected.__name__} that it was given: write 'return response'"
                 f'{at(function_place(self.callback))}'
             )
-        introspection = self.introspection  # read before the reply, on which the client may switch it off
+        introspection = self.introspection  # read first: on the reply the client may switch this off
         header.reply(self.support.encode_response(response))
         took = self._clock.system_now() - header.sample.received_timestamp
         self.latencies.counts[took.bit_length() if took > 0 else 0] += 1

@@ -253,7 +253,7 @@ def named_message_support(type_name: str, type_hash: str = '') -> MessageSupport
 
     Without a `type_hash` the hash of the definition known here is used, if there is one.
     """
-    from goalwire.cdr.type_hash import message_facts  # imported here, since it imports json
+    from goalwire.cdr.type_hash import message_facts  # imported here, since that module imports json
 
     try:
         known_hash, has_buffers = message_facts(type_name)

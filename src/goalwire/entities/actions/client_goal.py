@@ -327,7 +327,7 @@ class GoalFeedback(EventQueue['Sample | None']):
             self._is_ending = True
             self._go_on()
         else:
-            running.append(None)  # first, since `_go_on` lets another thread take the next event
+            running.append(None)  # before `_go_on`, which lets another thread take the next event
             self._go_on()
             try:
                 return self._call(event)

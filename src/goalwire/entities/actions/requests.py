@@ -196,7 +196,7 @@ class GoalCall(PendingCall):
         if self.late is None:
             self.has_reply = True
             self.take_reply()
-            self.awaited_by.action.on_goal_reply(self, sample)  # which also logs a second server's answer
+            self.awaited_by.action.on_goal_reply(self, sample)  # also logs a second server's answer
         elif wire.is_acceptance(sample.payload):
             self.awaited_by.node.context.sends.soon(TimerEntry(self._cancel_quietly))
 

@@ -96,7 +96,7 @@ class ActionServerCore:
         self._decode_goal = codec.decoder(support.cls.Goal)  # type: ignore[attr-defined]
         self._encode_feedback = codec.encoder(self._feedback_class)
         self.failed = 0
-        """How many goals' execution raised."""
+        """How many executions of goals raised an error."""
         self._feedback = 0
         self.durations = Latencies()
         """How long execute callbacks took."""

@@ -128,7 +128,7 @@ class ServerDecisions:
         server = self._server
         if server.advice is not None and not isinstance(response, GoalResponse):
             server.advice.no_response(server.callbacks.goal, response, GoalResponse)
-        goal = server.reactor.deciding.get(goal_id)  # None: its client or the server has gone
+        goal = server.reactor.deciding.get(goal_id)  # None: the client or the server has gone
         handle = None if goal is None else ServerGoalHandle(server, goal, message)
         is_accepted = response is GoalResponse.ACCEPT
         asked = server.dispatch(server.reactor.on_goal_decision, goal_id, is_accepted, server.now(), handle)

@@ -140,7 +140,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self.looked_at_cancel = False
         """Whether the program has asked `is_cancel_requested`."""
         self.cancel_alarm: TimerEntry | None = None
-        """Set when a cancellation is accepted: a warning follows if the program misses it for seconds.
+        """Set when a cancellation is accepted. It warns if the program does not look at that for seconds.
         """
         self._goal = (
             goal_info

@@ -107,7 +107,7 @@ class ServerResults:
     def _tell(self, request: Request, found: Future[KnownGoal | None]) -> None:
         assert self.journal is not None
         error = found.exception()
-        if error is not None:  # no answer is better than UNKNOWN, after which the goal might be sent again
+        if error is not None:  # do not answer: after UNKNOWN the client might send the goal again
             self._logger.error(f"Action '{self._name}': a request for a result has no answer: {error}")
             return
         goal = found.result()

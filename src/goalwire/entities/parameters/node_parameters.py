@@ -366,7 +366,9 @@ def _check_parameters(parameters: Iterable[object]) -> None:
 def _suiting(
     descriptor: Descriptor, parameter: Parameter, alternative: ParameterValueMessage | None
 ) -> Parameter:
-    """Return the parameter, or one with the alternative value; raises InvalidParameterValueException."""
+    """Return the parameter if it suits the descriptor, else one with the alternative value. Raises
+    InvalidParameterValueException.
+    """
     outcome = descriptor.judge(parameter)
     if not outcome.successful and alternative is not None:
         type_ = Type(alternative.type)
