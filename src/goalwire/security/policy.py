@@ -111,7 +111,7 @@ class Policy:
     grants: Mapping[str, tuple[Grant, ...]]
     """The grants of each named identity, with those of `everyone`."""
     title: str = 'policy.toml'
-    """The name of its file, as answers show it."""
+    """The name of the policy's file, as answers show it."""
     lines: Mapping[str, int] = {}
     """The line in which each identity is named."""
     moving: tuple[Grant, ...] = MOVING
