@@ -296,7 +296,8 @@ class GoalStep:
             return Outcome(error=self._refusal)
         if self._step.left() == 0.0:
             return Outcome(error=DeadlineError(f'{self._step.title}: its time is over, and it never began'))
-        # A client refuses to send an id twice, as a protection against mistakes: so this needs a new client.
+        # A client refuses to send an id twice, as a protection against mistakes: so sending again needs a new
+        # client.
         self._client = self._step.clients.renew_action(self._request.action_type, self._request.name)
         return _Move.SEND
 

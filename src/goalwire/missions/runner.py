@@ -327,6 +327,6 @@ class Runner:
         run = self._runs.get(command.mission)
         if run is not None:
             await run.take(command)
-        elif command.verb == 'cancel':  # this runner lacks the mission's code, so it can only cancel it
+        elif command.verb == 'cancel':  # without its code, a mission can only be cancelled
             change = Change(command.mission, state=MissionState.CANCELED, why='cancelled without its code')
             await self._open_writer().write(change)
