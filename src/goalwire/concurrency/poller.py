@@ -308,7 +308,7 @@ class Poller:
                 else:
                     heapq.heappush(self._timers, entry)
                     break
-            self._next_due = float('inf')  # first: a timer that is set meanwhile may lower it again
+            self._next_due = float('inf')  # before the look: a timer that is set meanwhile may lower it
             if self._timers:
                 self._next_due = min(self._next_due, self._timers[0][0])
         return None
