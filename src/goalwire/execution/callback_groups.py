@@ -1,4 +1,4 @@
-"""Callback groups: they say which callbacks may run at the same time (rclpy.callback_groups)."""
+"""Callback groups, which decide which callbacks may run at the same time (rclpy.callback_groups)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ __all__ = [
 
 
 class ReentrantCallbackGroup(CallbackGroup):
-    """All its callbacks may run at the same time; one callback may also run several times at once."""
+    """A group whose callbacks may all run at the same time; one callback may also run several times
+    at once.
+    """
 
     def can_execute(self, entity: object) -> bool:  # noqa: ARG002
         """Return True."""
@@ -95,7 +97,8 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
     def _post_next(self) -> None:
         """Post the oldest parked work.
 
-        If no executor runs the node of that work, the group stays free. Then the next work is posted, too.
+        If no executor runs the node of that work, the work does not take the group. So the next parked work
+        is posted, too.
         """
         while self._parked:
             try:

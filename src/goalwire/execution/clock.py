@@ -97,7 +97,7 @@ class JumpHandle:
         pre_callback: Callable[[], object] | None,
         post_callback: Callable[[TimeJump], object] | None,
     ) -> None:
-        """Raises ValueError if no callback is given, or one is not callable."""
+        """Raises ValueError if no callback is given, or if one of them is not callable."""
         if pre_callback is None and post_callback is None:
             raise ValueError('One of pre_callback or post_callback must be callable')
         if pre_callback is not None and not callable(pre_callback):
@@ -146,7 +146,7 @@ class Clock:
     def __new__(  # noqa: PYI034
         cls, *, clock_type: ClockType = ClockType.SYSTEM_TIME, source: SteadyClock = STEADY  # noqa: ARG004
     ) -> Clock:  # fmt: skip
-        """Raises TypeError for anything but a ClockType."""
+        """Make a clock; raises TypeError if `clock_type` is not a ClockType."""
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
         return super().__new__(ROSClock if clock_type is ClockType.ROS_TIME or cls is ROSClock else cls)
@@ -205,7 +205,7 @@ class Clock:
         """Have `pre_callback()` called before, and `post_callback(jump)` after, each jump that meets
         `threshold`.
 
-        Only ROS time jumps. Raises ValueError if no callback is given, or one is not callable.
+        Only ROS time jumps. Raises ValueError if no callback is given, or if one of them is not callable.
         """
         return JumpHandle(
             clock=self, threshold=threshold, pre_callback=pre_callback, post_callback=post_callback
@@ -278,8 +278,8 @@ class ROSClock(Clock):
         self._switches = 0
         self._sleepers: list[Waiter] = []
         self.before_sleep: list[Callable[[], bool]] = []
-        """Functions that a thread calls before it sleeps on the overridden clock; True if one has set the
-        time.
+        """Functions that a thread calls before it sleeps on the overridden clock; each returns True if it has
+        set the time.
         """
         self._listeners: WeakListeners[JumpListener] = WeakListeners()
 
@@ -424,7 +424,9 @@ class ClockTimerEntry(TimerEntry):
         return None if self.due is None else self._time
 
     def follow(self) -> None:
-        """Listen to the clock's jumps. Not to be called if a timer passes the jumps on to this entry."""
+        """Register this entry for the clock's jumps. Not to be called if a timer passes the jumps on to the
+        entry.
+        """
         if isinstance(self._clock, ROSClock):
             self._clock.watch_jumps(self)
 
@@ -455,7 +457,7 @@ class ClockTimerEntry(TimerEntry):
         return None if self.due is None else self._time - self._clock.now_ns()
 
     def clock_jumped(self, _change: ClockChange, _remaining_ns: int | None) -> None:
-        """Look at the clock's new time."""
+        """Adapt to the clock's new time."""
         if self.due is not None:
             self.set(self._time)
 

@@ -65,7 +65,7 @@ class EventQueue(CallbackSource, Generic[E]):
         self.closed = False
         self.is_patient = False
         self.note: Callable[[E], object] | None = None
-        """Is called with each event before it is queued."""
+        """A function that is called with each event before the event is queued."""
         self.watchers: Sequence[Callable[[], None]] = ()
         # A bound method is held weakly: the wire refers to this queue, and must not keep the entity alive.
         self._handle: Callable[[E], object] | None = None

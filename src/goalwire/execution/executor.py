@@ -140,7 +140,7 @@ class Executor(CallbackRunner):
         return self._context
 
     def add_node(self, node: NodeLike) -> bool:
-        """Run `node`'s callbacks from now on; False if this runs them already.
+        """Run `node`'s callbacks from now on; False if this executor runs them already.
 
         The node leaves the executor that it was in before. Raises ShutdownException after `shutdown`.
         """
@@ -278,7 +278,7 @@ class Executor(CallbackRunner):
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002
         """End every spin, remove the nodes, and return True. A callback that runs now may end later."""
-        # `closed` comes first: after it no thread falls asleep at the queue, so `wake_all` reaches all
+        # `closed` is set first: from then on no thread falls asleep at the queue, so `wake_all` reaches all
         # sleepers.
         self._is_shutdown = self._ready.closed = True
         for node in self.get_nodes():
@@ -302,7 +302,7 @@ class Executor(CallbackRunner):
     ) -> None:
         self.shutdown()
 
-    # -- for the two kinds of executors
+    # -- used by SingleThreadedExecutor and MultiThreadedExecutor
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin on the calling thread."""
@@ -346,7 +346,9 @@ class Executor(CallbackRunner):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _drive_until_free(self, ticket: Future[None]) -> None:
-        """Run callbacks until `ticket` is done: then the callback has its group again."""
+        """Run callbacks until the future `ticket` is done: then the callback that spins has its
+        group again.
+        """
         self._drive(self._new_waiter(), ticket, None, once=False, leave_at_once=True)
 
     def _drive(
@@ -358,7 +360,7 @@ class Executor(CallbackRunner):
         once: bool,
         leave_at_once: bool = False,
     ) -> None:
-        """Run callbacks on this thread until `stop`, at `deadline`, or after one.
+        """Run callbacks on this thread until `stop` comes or `deadline` has passed; with `once` only one.
 
         Events that came before `stop` are handled, too, unless `leave_at_once`. So the callback for a goal's
         last feedback runs before the spin for its result returns.

@@ -106,8 +106,8 @@ class FdSelector:
     def interrupt(self) -> None:
         """End the `wait` of another thread. Callable from any thread."""
         if self._interrupt is not None:
-            # An OSError means that the socket is full, so the wait ends anyway, or closed, so no thread
-            # waits.
+            # An OSError means that the socket is full (then the wait ends anyway) or closed (then no thread
+            # waits).
             with suppress(OSError):
                 self._interrupt.send(b'\0', NO_SIGPIPE)
 

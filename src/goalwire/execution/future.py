@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 if TYPE_CHECKING:
     from typing_extensions import TypeVar as TypeVarWithDefault
 
-    T = TypeVarWithDefault('T', default=Any)  # `Future` without a parameter means Future[Any], as in rclpy
+    T = TypeVarWithDefault('T', default=Any)  # so `Future` alone means Future[Any], as in rclpy
 else:
     T = TypeVar('T')
 
@@ -56,7 +56,7 @@ class _DoneCallback(CallbackSource):
 
     @property
     def call(self) -> tuple[Callable[..., object], Future[Any]]:
-        """The function and its argument."""
+        """The done callback and its argument."""
         return self._callback, self._future
 
     def run(self) -> object:
@@ -155,7 +155,7 @@ class Future(Generic[T]):
             )
         raise AttributeError(text, name=name, obj=self)
 
-    # -- what rclpy offers
+    # -- methods of rclpy's Future
 
     def done(self) -> bool:
         """Tell whether the future has a result or an exception."""
@@ -191,7 +191,7 @@ class Future(Generic[T]):
         return self._result
 
     def exception(self) -> BaseException | None:
-        """Return the exception, or None."""
+        """Return the future's exception; None if it has none."""
         if self._raw is not None:
             with suppress(Exception):  # `result` also keeps the exception in `_exception`
                 self.result()
@@ -253,7 +253,7 @@ class Future(Generic[T]):
         finally:
             del self  # as in `result`
 
-    # -- what the library builds on
+    # -- methods for goalwire itself
 
     def pending(self) -> bool:
         """Tell whether the future is neither done nor cancelled."""
@@ -317,7 +317,7 @@ class Future(Generic[T]):
         return self.completion_state != PENDING
 
     def decode(self, raw: object, /) -> T:
-        """Return the result that the payload of `set_raw` stands for. Subclasses decode it."""
+        """Return the result that the payload of `set_raw` stands for. Subclasses override this method."""
         return cast('T', raw)
 
     def _set_executor(self, executor: MakesTasks | None) -> None:

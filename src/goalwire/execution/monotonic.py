@@ -1,4 +1,4 @@
-"""The machine's clock. Only here does the execution core read the time and sleep."""
+"""The machine's clock. The execution core reads the time and sleeps only through this module."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ class DrainTracker:
 
 
 _EXIT_GRACE_NS = 1_000_000_000
-"""The time that the interpreter's exit waits for threads in user code, all together."""
+"""The time in ns for which the interpreter's exit waits for all threads in user code together."""
 _IDLE_GRACE = 1.0
 """The time in s that `close` waits for each thread outside user code to end."""
 
@@ -316,7 +316,7 @@ class MultiThreadedExecutor(Executor):
         return self._pool.await_end(deadline_after(STEADY, timeout_sec))
 
     def is_driven(self) -> bool:
-        """Tell whether a thread spins this, or a callback still runs."""
+        """Tell whether a thread spins this executor, or a callback of it still runs."""
         return bool(self._coordinators or self._spins or self._pool.busy)
 
     def thread_waits_alone(self) -> bool:
@@ -324,8 +324,8 @@ class MultiThreadedExecutor(Executor):
         return self._pool.limit <= 1 and self in active_executors.executors
 
     def add_capacity(self, count: int) -> None:
-        """Allow `count` more threads, in place of those that block in goalwire's calls;
-        negative: take back.
+        """Allow `count` more threads, in place of those that block in goalwire's calls; a negative `count`
+        takes them back.
         """
         with self._spins_lock:
             self._pool.limit += count
@@ -347,7 +347,7 @@ class MultiThreadedExecutor(Executor):
             else:
                 self._coordinate(stop, deadline)
         except ExternalShutdownException:
-            return  # this executor's spin just ends, as in rclpy
+            return  # as in rclpy, spin returns without an error
         finally:
             if not self._shutdown_signal.alive:
                 self._close_runners()
@@ -467,8 +467,8 @@ class MultiThreadedExecutor(Executor):
         return bool(self._spins) or self._retires()
 
     def _ensure_polled(self, source: CallbackSource, thread: threading.Thread) -> None:
-        # `busy` first, then `taking`: at each moment the worker is in one of them at least. An error is noted
-        # before the worker leaves `busy`, so a spin that waits for the worker finds it.
+        # The worker enters `busy`, then leaves `taking`: so at each moment it is in at least one of them. An
+        # error is noted before the worker leaves `busy`, so a spin that waits for the worker finds it.
         busy = self._pool.busy
         busy[thread] = source
         self._pool.taking.discard(thread)
@@ -523,7 +523,7 @@ class MultiThreadedExecutor(Executor):
         return not self._spins or bool(self._handed_over.items) or self._retires()
 
     def _pass_on(self) -> None:
-        """Wake the next sleeper if work is left, which the calling worker was woken for and does not do."""
+        """Wake the next sleeper if the work is left for which the calling worker was woken."""
         if self._ready.has_work:
             self._ready.wake_one()
 

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 
 
 class CallbackChooser:
-    """Finds the work that is ready: the first that was posted comes first.
+    """Finds the work that is ready, in the order in which it was posted.
 
-    Timers, file descriptors and waitables post their work when somebody looks at them, before each choice.
+    Timers, file descriptors and waitables post their work when they are asked, which happens before each
+    choice.
     """
 
     def __init__(self, shutdown_signal: ShutdownSignal) -> None:

@@ -370,7 +370,8 @@ class NodeWorkQueue:
         self._backlog: deque[CallbackSource] = deque()
         self._timer_entries: dict[ReferenceType[TimerEntry], None] = {}
         """The entries in the order of setting, which is also the order of calls that are due at the same
-        time. The references are weak, since the wire refers to this."""
+        time. The references are weak, since the wire refers to this queue.
+        """
         self._pollers: dict[Poller, None] = {}
 
     @property
@@ -391,7 +392,7 @@ class NodeWorkQueue:
         if queue.wakers:
             queue.wake_one()
         if self.queue is not queue:
-            self._move_out(queue)  # detached by another thread meanwhile
+            self._move_out(queue)  # another thread has detached the queue
 
     def post_first(self, source: CallbackSource) -> None:
         """Queue `source` for the executor before all that waits there. Callable from any thread."""
@@ -403,7 +404,7 @@ class NodeWorkQueue:
         if queue.wakers:
             queue.wake_one()
         if self.queue is not queue:
-            self._move_out(queue)  # detached by another thread meanwhile
+            self._move_out(queue)  # another thread has detached the queue
 
     def waits(self, due: int) -> bool:
         """Tell whether work waits here without an executor, or a timer has been due since

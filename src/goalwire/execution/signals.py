@@ -48,11 +48,13 @@ if TYPE_CHECKING:
 _CLOSE = 0
 """The byte that ends the listener's thread. No signal has the number 0."""
 _ASKED_AT_NS = (20_000_000, 100_000_000, 400_000_000, 2_400_000_000)
-"""The times after a signal at which SIGURG is sent to the main thread, if it has run no handler since."""
+"""The times in ns after a signal at which SIGURG is sent to the main thread, if it has run no
+handler since.
+"""
 _MUTE_AT = 1
 """The index of the time at which the contexts are ended if the main thread has not answered by then."""
 _EARLIER_NS = 10_000_000
-"""The main thread may run the handler of a signal this much earlier than the listener reads its number."""
+"""The time in ns by which the main thread may run a signal's handler before the listener reads the number."""
 
 
 class SignalListener:
@@ -113,10 +115,11 @@ class SignalListener:
     # -- on the listener's thread
 
     def _listen(self) -> None:
-        # Each number first goes to the descriptor that was installed before, then counts as a signal of ours.
-        # The wait on the wire is ended for every signal, since the program may have handlers of its own.
+        # Each number first goes to the descriptor that was installed before, then counts as a handled signal,
+        # if goalwire's handler is installed. The wait on the wire is ended for every signal, since the
+        # program may have handlers of its own.
         if sys.platform != 'win32':
-            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})  # `pass_on` may write to a closed end
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})  # `pass_on` may write to a closed pipe
         with suppress(OSError):
             while True:
                 if self._unanswered and not self._has_more():
@@ -200,7 +203,7 @@ class _Handler:
         """The handler that `signal.getsignal` returned; None if no Python code has installed it."""
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
-        # The listener is told first, so that it does not end the contexts in the main thread's place. The
+        # The listener is notified first, so that it does not end the contexts in the main thread's place. The
         # previous handler comes last, since it may raise, as Python's own does for SIGINT.
         for listener in _listeners:
             listener.noticed()

@@ -58,7 +58,7 @@ class SingleThreadedExecutor(Executor):
         self._run(future, None if timeout_sec is None else self._deadline(timeout_sec), once=False)
 
     def is_driven(self) -> bool:
-        """Tell whether a thread spins this."""
+        """Tell whether a thread spins this executor."""
         return bool(self._driver)
 
     def thread_waits_alone(self) -> bool:
@@ -79,7 +79,8 @@ class SingleThreadedExecutor(Executor):
             if driver.setdefault(_TURN, me) == me or self._await_turn(stop, deadline):
                 self._drive(self._driver_waiter, stop, deadline, once=once)
         finally:
-            # No function is called before the turn is free, since Python runs signal handlers after calls.
+            # The turn is freed before any call: Python runs signal handlers after calls, and one that raises
+            # would leave the turn taken.
             if _TURN in driver and driver[_TURN] == me:
                 del driver[_TURN]
                 if not self._shutdown_signal.alive:

@@ -38,9 +38,9 @@ _LONGER = 1.5
 _LONGEST_S = 120.0
 """The longest pause in s. After it there are no more looks."""
 _OVERDUE_NS = 1_500_000_000
-"""A callback is blamed at the first look if a timer is later than this."""
+"""A callback is blamed at the first look if a timer is overdue by more than this time in ns."""
 _LATE_NS = 500_000_000
-"""A second look is made if a timer is later than this."""
+"""A second look is made if a timer is overdue by more than this time in ns."""
 AWAIT = "in an 'async def' write 'await asyncio.sleep(…)' and await what takes long"
 _RETURN = (
     'let it return, and do the rest in a timer, self.create_timer(seconds, self.rest), or in a thread, '

@@ -40,7 +40,7 @@ class StopWhen:
         return self._ask()
 
     def add_waker(self, waker: Callable[[], None]) -> None:
-        """Do nothing: the sleeping thread is woken otherwise."""
+        """Do nothing: other code wakes the sleeping thread."""
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
         """Do nothing."""

@@ -131,8 +131,8 @@ class Task(Future[T]):
         return result
 
     def _fail(self, error: BaseException, fail: Callable[[BaseException], None]) -> None:
-        """End with `error`, which spin raises. `fail` is called first: whoever is woken finds the error
-        there.
+        """End the task with `error`, which spin raises. `fail` is called first: whoever is woken finds the
+        error there.
         """
         self._exception = error
         self.completion_state = FINISHED
@@ -159,7 +159,7 @@ class Task(Future[T]):
 
 
 def _nothing() -> Any:
-    """Stand in for a handler that has run."""
+    """Do nothing: this function replaces a handler that has run."""
 
 
 class TaskSource(CallbackSource):

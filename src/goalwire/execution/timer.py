@@ -1,4 +1,4 @@
-"""Timer: a callback at a steady rhythm; Rate: sleeping at one (rclpy.timer)."""
+"""Timer calls a callback at a steady rate; Rate lets a thread sleep at a steady rate (rclpy.timer)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TimerInfo:
         actual_call_time: int = 0,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
     ) -> None:
-        """Take both times in ns. Raises TypeError for anything but a ClockType, ValueError for negative
+        """Take both times in ns. Raises TypeError if `clock_type` is no ClockType, ValueError for negative
         times.
         """
         if not isinstance(clock_type, ClockType):
@@ -212,7 +212,7 @@ class Timer(CallbackSource):
             clock.watch_jumps(self)
         self._arm()
 
-    # -- what rclpy offers
+    # -- methods of rclpy's Timer
 
     @property
     def callback(self) -> Callable[..., object] | None:
@@ -269,7 +269,7 @@ class Timer(CallbackSource):
         self._timer_entry.cancel()
 
     def reset(self) -> None:
-        """Start anew: the next call is one period from now."""
+        """Begin a new period: the next call is one period from now."""
         self._check()
         self._schedule.restart()
         self._canceled = False
@@ -304,7 +304,7 @@ class Timer(CallbackSource):
     ) -> None:
         self.destroy()
 
-    # -- what the library builds on
+    # -- methods for goalwire itself
 
     @property
     def next_call_ns(self) -> int:
@@ -352,8 +352,9 @@ class Timer(CallbackSource):
         if times is None:
             self._arm()
             return None
-        # hot path: `_arm`, without its call, and without the two looks at clocks that `advance` has taken.
-        # It is done before the callback: in a reentrant group the next call may start during this one.
+        # hot path: the body of `_arm`, without its call and without its two readings of clocks, which
+        # `advance` has made. This is done before the callback: in a reentrant group the next call may start
+        # during this one.
         self._timer_entry.set(schedule.next_call, schedule.steady_due)
         if self._destroyed:
             self._timer_entry.cancel()

@@ -46,9 +46,9 @@ def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
     if error is None or isinstance(error, SystemExit):
         return
     if isinstance(error, ExternalShutdownException):
-        return  # the program ends, which also ends the executors that spin in its threads
+        return  # not printed: the end of the program has ended this thread's spin
     if isinstance(error, ClosedError) and exits.has_begun():
-        return  # the program ends, and a callback has used an entity that is closed by now
+        return  # not printed: at the program's end a callback has used a closed entity
     name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
     show_uncaught(error, f'Exception in thread {name}:\n')
 

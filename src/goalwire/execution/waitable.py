@@ -67,7 +67,7 @@ class WaitSet:
         self._seen: dict[Waited, int] = {}
         """The watched entities, each with its number of events at the last look."""
 
-    # -- what rclpy offers
+    # -- methods of rclpy's WaitSet
 
     def add_subscription(self, handle: object) -> int:
         """Add a subscription, and return its index for `is_ready`."""
@@ -104,10 +104,10 @@ class WaitSet:
             raise IndexError(f'no {entity_type} was added under the index {index}: there are {len(ready)}')
         return ready[index]
 
-    # -- what executors do with it
+    # -- methods for executors
 
     def clear(self) -> None:
-        """Take everything out, so that it can be added anew."""
+        """Remove all members, so that they can be added anew."""
         for entities in self._entities.values():
             entities.clear()
 
@@ -235,7 +235,7 @@ class Waitable(Generic[T]):
         self._futures.append(future)
 
     def remove_future(self, future: Future[Any]) -> None:
-        """Take `future` out; raises ValueError if it was not added."""
+        """Remove `future` from the added futures; raises ValueError if it was not added."""
         self._futures.remove(future)
 
     def run_futures_in(self, work_queue: NodeWorkQueue) -> None:
@@ -260,7 +260,7 @@ class Waitable(Generic[T]):
         raise NotImplementedError(f'{type(self).__name__} must have a get_num_entities()')
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Add the things to wait for, and keep their indices."""
+        """Add the entities to wait for to the wait set, and keep their indices."""
         raise NotImplementedError(f'{type(self).__name__} must have an add_to_wait_set(wait_set)')
 
 
@@ -289,7 +289,7 @@ class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
         self.destroy()
 
     def event_queues(self) -> list[EventQueue[Any]]:
-        """The queues of its events."""
+        """The event queues of this waitable."""
         raise NotImplementedError
 
     def is_ready(self, wait_set: WaitSet) -> bool:  # noqa: ARG002

@@ -171,7 +171,7 @@ class WireWaiter(Waiter):
     def __init__(self, shutdown_signal: ShutdownSignal, fd_selector: FdSelector | None = None) -> None:
         super().__init__()
         self.take_wake: Callable[[], bool] = partial(self._gate.acquire, False)
-        """Takes an earlier wake-up, without sleep."""
+        """Consumes an earlier wake-up, without sleeping; False if there was none."""
         self.interrupt: Callable[[], None] | None = None
         """Ends the sleep of a thread that does not sleep on its lock, but on the wire or on descriptors."""
         self._shutdown_signal = shutdown_signal
@@ -260,7 +260,7 @@ class ShutdownWatch:
     def __init__(self, watchers: dict[ShutdownWatch, None], wake: Callable[[], None]) -> None:
         self._watchers = watchers
         self.wake = wake
-        """The function that is called at the end."""
+        """The function that is called at the shutdown."""
         watchers[self] = None
 
     def close(self) -> None:
@@ -279,7 +279,7 @@ class Alarms(Protocol):
 
 
 class SpinListener(Protocol):
-    """Something that wants to know which threads spin without end."""
+    """An object that is notified of threads that begin to spin without end."""
 
     def on_spin(self) -> None:
         """Note that the calling thread begins to spin without end."""

@@ -33,8 +33,8 @@ def identity_of(fd: int) -> Identity | None:
 
 
 class WakeupPipe:
-    """The pipe, and the descriptor that was installed before it. Main thread only, unless a
-    method says else.
+    """The pipe, and the descriptor that was installed before it. Only the main thread uses it, unless a
+    method's docstring says otherwise.
     """
 
     def __init__(self) -> None:

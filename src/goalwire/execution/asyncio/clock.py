@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class AsyncClock(ROSClock):
-    """A clock of any type. A clock of ROS time follows the simulated time while that is active."""
+    """A clock of any type. A clock of ROS time follows simulated time while simulated time is active."""
 
     def __new__(
         cls,
@@ -26,7 +26,7 @@ class AsyncClock(ROSClock):
         source: SteadyClock = STEADY,  # noqa: ARG004
         shutdown_signal: ShutdownSignal | None = None,  # noqa: ARG004
     ) -> Self:
-        """Raises TypeError for anything but a ClockType."""
+        """Make a clock; raises TypeError if `clock_type` is not a ClockType."""
         if not isinstance(clock_type, ClockType):
             raise TypeError('Clock type must be a ClockType enum')
         return object.__new__(cls)

@@ -80,7 +80,7 @@ class CoroutineRunner(CallbackSource):
 
     @property
     def load(self) -> int:
-        """How many callbacks this runner has under way."""
+        """The number of callbacks that this runner has started and that have not ended."""
         return len(self._tasks) + len(self._starting)
 
     def start(self, start: Start) -> None:
@@ -100,8 +100,8 @@ class CoroutineRunner(CallbackSource):
     def run(self) -> None:
         """Do one step, and ask for the next one if there is more to do."""
         # `_posted` is reset first, so a `wake` during the step posts the runner again. `_missed` is set
-        # before the second look at the turn: either the other thread sees it after its step, or the turn is
-        # free.
+        # before `_turn` is looked at again: so either the other thread sees `_missed` after its step, or
+        # `_turn` is free.
         self._posted = False
         if not self._turn.acquire(blocking=False):
             self._missed = True
@@ -139,7 +139,8 @@ class CoroutineRunner(CallbackSource):
 
         If a thread is in the middle of a step, that thread closes the loop after the step.
         """
-        # `_closing` is set before the turn is tried, and `run` looks at it after giving the turn back.
+        # `_closing` is set before `_turn` is tried, and `run` reads `_closing` after the release of `_turn`:
+        # so one of the two closes the loop.
         self._closing = True
         self.work_queue.discard_timer_entry(self._timer_entry)
         if self._turn.acquire(blocking=False):
@@ -209,7 +210,8 @@ class RunnerPool:
     ) -> None:
         """Start a coroutine in the runner for `group`, and run it up to its first await.
 
-        `ended` is called at its end. After `close` the coroutine is cancelled at its first await.
+        `ended` is called when the coroutine has ended. After `close` the coroutine is cancelled at its first
+        await.
         """
         # The runner is chosen and loaded under the lock. So two coroutines do not choose the same idle
         # runner, and `close` finds every runner that was loaded before it.

@@ -38,7 +38,7 @@ class CallbackTasks:
         self._tasks[task] = source
 
     def discard(self, task: asyncio.Task[Any]) -> None:
-        """Take out a task that has ended."""
+        """Remove a task that has ended."""
         self._tasks.pop(task, None)
 
     def cancel(self, source: CallbackSource) -> None:
@@ -150,7 +150,7 @@ class AsyncExecutor(CallbackRunner):
             self._on_this_thread.remove(self)
 
     def _turn(self) -> None:
-        # During the turn posts ask for no further turn; `_listen` at the end asks for one if work is left.
+        # While a turn runs, posts ask for no further turn; `_listen` at the end asks for one if work is left.
         if self._is_shutdown:
             return
         self._ready.unlisten(self._ask)
@@ -241,7 +241,7 @@ class SharedLoop:
 
     @property
     def running(self) -> bool:
-        """True inside the block."""
+        """True while the program is inside the `async with` block."""
         return self._tasks is not None
 
     async def __aenter__(self) -> Self:
@@ -266,7 +266,7 @@ class SharedLoop:
             self._tasks = self._engine = self._loop = None
 
     async def wait(self) -> None:
-        """Return after `end`, or when the shutdown has begun."""
+        """Wait until `end` was called or the shutdown has begun."""
         await self._over.wait()
 
     def end(self) -> None:

@@ -28,7 +28,9 @@ _REMEDY = (
     'takes long'
 )
 _CALLS = asyncio.events.__file__
-"""The file from which asyncio's loop calls callbacks. A loop that waits has no frame of this file."""
+"""The file with asyncio's code that calls callbacks. The stack of a waiting loop has no frame of
+this file.
+"""
 _told: WeakSet[asyncio.AbstractEventLoop] = WeakSet()
 """The loops about which a warning was logged. Each node of a loop watches the loop, and one warning is
 enough.

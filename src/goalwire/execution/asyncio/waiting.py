@@ -38,7 +38,7 @@ class Awaitable(Protocol):
 
 
 WAKE_FDS: set[int] = set()
-"""The descriptors that wake loops here. Virtual time treats them like the loops' own descriptors."""
+"""The eventfds that wake asyncio loops. Virtual time treats them like the loops' own descriptors."""
 
 _wakers: WeakKeyDictionary[asyncio.AbstractEventLoop, AsyncioLoopWaker] = WeakKeyDictionary()
 
@@ -94,12 +94,16 @@ class DirectFuture(asyncio.Future[None]):
     def add_done_callback(
         self, wakeup: Callable[[Any], object], /, *, context: Context | None = None
     ) -> None:
-        """Keep the function that wakes the task: asyncio calls this when the task goes to sleep here."""
+        """Keep the function that wakes the task: asyncio calls this method when the task begins to await this
+        future.
+        """
         self._wakeup = wakeup
         self._context = copy_context() if context is None else context
 
     def resume(self) -> None:
-        """Let the task go on, if it still sleeps here. Only on the loop's thread, outside of tasks."""
+        """Let the task go on, if it still sleeps in this future. Only on the loop's thread, outside
+        of tasks.
+        """
         if self.done():
             return
         self.set_result(None)
@@ -384,7 +388,7 @@ def completion(future: Awaitable, waker: LoopWaker) -> DirectFuture:
 T = TypeVar('T')
 
 _BURST = 64
-"""How many items one coroutine may take in a row before others have their turn."""
+"""The number of items that one coroutine may take in a row before other coroutines have their turn."""
 
 
 class AsyncQueue(Generic[T]):
@@ -442,7 +446,7 @@ class AsyncQueue(Generic[T]):
         return self
 
     async def __anext__(self) -> T:
-        """Wait for the next item. Raises StopAsyncIteration once closed and empty."""
+        """Wait for the next item. Raises StopAsyncIteration once the queue is closed and empty."""
         items = self._items
         self._in_a_row += 1
         if self._in_a_row > _BURST:

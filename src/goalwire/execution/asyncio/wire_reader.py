@@ -54,7 +54,7 @@ def _release_closed_loops() -> None:
 
 
 class WireReader:
-    """One wire on one loop. Only the loop's thread uses it, until the loop is closed."""
+    """Reads one wire on one asyncio loop. Only the loop's thread uses a reader, until the loop is closed."""
 
     def __init__(self, loop: AbstractEventLoop, wire_poller: WirePoller) -> None:
         self.users = 0
