@@ -14,7 +14,7 @@ from goalwire.apps.console.state.mission_journal import MissionJournal
 from goalwire.apps.console.state.rights import Rights
 from goalwire.errors import MissionError, NotAllowedError
 from goalwire.logging import get_logger
-from goalwire.missions.store import MissionRow, Store
+from goalwire.missions.store import Change, MissionRow, Store
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 from goalwire.security import audit
 from goalwire.security.authorizer import Authorizer
@@ -70,8 +70,15 @@ def visitor(authorizer: Authorizer, name: str, settings: Settings | None = None)
     return Rights(settings or Settings(), get_logger('console'), signed_in)
 
 
+def seen(journal: Path, mission: str) -> MissionRow:
+    with Store(journal, must_exist=True) as store:
+        row = store.mission(mission)
+    assert row is not None
+    return row
+
+
 def say(journal: Path, mission: str, word: str, by: Rights) -> None:
-    asyncio.run(MissionJournal(str(journal)).say(mission, word, by))
+    asyncio.run(MissionJournal(str(journal)).say(seen(journal, mission), word, by))
 
 
 def commands(journal: Path) -> list[tuple[str, str, object]]:
@@ -125,7 +132,21 @@ def test_the_options_of_the_console_count_for_everybody(journal: Path, authorize
 
 
 def test_a_mission_takes_only_what_it_waits_for(journal: Path, authorizer: Authorizer) -> None:
-    for mission, word in (('asks', 'resume'), ('held', 'yes'), ('none', 'resume')):
+    for mission, word in (('asks', 'resume'), ('held', 'yes')):
         with pytest.raises(MissionError, match=f"mission '{mission}' does not wait for that any more"):
             say(journal, mission, word, visitor(authorizer, 'ann'))
+    assert commands(journal) == []
+
+
+def test_an_answer_to_one_question_is_not_taken_for_the_next_one(
+    journal: Path, authorizer: Authorizer
+) -> None:
+    """Somebody else answers while a visitor reads, and the mission asks for more, in the same words."""
+    read = seen(journal, 'asks')
+    with Store(journal, must_exist=True) as store:
+        answered = Entry(EntryKind.ANSWERED, 2, {'answer': 'yes'})
+        asked = Entry(EntryKind.ASKED, 3, {'question': 'carry 7 kg?'})
+        store.commit([Change('asks', (answered, asked), MissionState.APPROVAL, read.why)], 5.0)
+    with pytest.raises(MissionError, match="mission 'asks' does not wait for that any more"):
+        asyncio.run(MissionJournal(str(journal)).say(read, 'yes', visitor(authorizer, 'ann')))
     assert commands(journal) == []

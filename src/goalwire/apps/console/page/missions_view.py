@@ -60,7 +60,7 @@ class MissionsView(View):
         self._seen: list[SeenMission] = []
         self._problem = ''
         self._is_reading = False
-        self._asked: list[tuple[str, str, str]] = []
+        self._asked: list[MissionRow] = []
 
     def build(self) -> None:
         self._trouble = ui.label('').classes('gw-problem').props('data-mission-problem')
@@ -110,10 +110,9 @@ class MissionsView(View):
 
     def _put_questions(self) -> None:
         waiting = [seen.row for seen in self._seen if seen.row.state.waits_for_somebody]
-        asked = [(row.id, str(row.state), row.why) for row in waiting]
-        if asked == self._asked:
+        if waiting == self._asked:
             return
-        self._asked = asked
+        self._asked = waiting
         self._questions.clear()
         with self._questions:
             for row in waiting:
@@ -133,7 +132,7 @@ class MissionsView(View):
                 may_trust=False,
             ):  # fmt: skip
                 return
-            await self.page.attempt(self._journal.say(row.id, word, self.rights))
+            await self.page.attempt(self._journal.say(row, word, self.rights))
 
         with ui.element('div').classes('gw-actions'):
             for word in words:

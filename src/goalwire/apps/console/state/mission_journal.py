@@ -75,31 +75,32 @@ class MissionJournal:
             self._ended[row.id] = seen
         return self._ended[row.id]
 
-    async def say(self, mission: str, word: str, by: Rights) -> None:
-        """Answer a mission's question, or resume or cancel it.
+    async def say(self, seen: MissionRow, word: str, by: Rights) -> None:
+        """Answer a mission's question, or resume or cancel it. `seen` is the mission as the user saw it.
 
         Raises NotAllowedError if the console or its visitor may not send this to the mission, MissionError if
         the mission no longer waits for this answer or command, JournalError.
         """
         async with self._lock:
-            row, verb, body = await in_thread(lambda: self._find_command(mission, word))
-            by.check_to_command(row.name, mission, verb, word)
+            verb, body = await in_thread(lambda: self._find_command(seen, word))
+            by.check_to_command(seen.name, seen.id, verb, word)
             if by.who:
                 body['who'] = by.who
-            await in_thread(lambda: self._leave(mission, verb, body))
+            await in_thread(lambda: self._leave(seen.id, verb, body))
 
-    def _find_command(self, mission: str, word: str) -> tuple[MissionRow, str, dict[str, Json]]:
-        """Return the mission, and the verb and the body of the command that the button `word` gives."""
+    def _find_command(self, seen: MissionRow, word: str) -> tuple[str, dict[str, Json]]:
+        """Return the verb and the body of the command that the button `word` gives."""
         with Store(self.path, must_exist=True) as store:
-            row = store.mission(mission)
-            if row is None or word not in COMMANDS.get(row.state, ()):
-                raise MissionError(f"mission '{mission}' does not wait for that any more")
+            row = store.mission(seen.id)
+            is_as_seen = row is not None and (row.state, row.changed) == (seen.state, seen.changed)
+            if not is_as_seen or word not in COMMANDS.get(seen.state, ()):
+                raise MissionError(f"mission '{seen.id}' does not wait for that any more")
             if word in {'undo', 'cancel'}:
-                return row, 'cancel', {'undo': word == 'undo'}
+                return 'cancel', {'undo': word == 'undo'}
             if word == 'resume':
-                return row, 'resume', {}
-            verb = 'decide' if row.state is MissionState.LOST else 'approve'
-            return row, verb, answer_body(verb, word, row.state, store.entries(mission))
+                return 'resume', {}
+            verb = 'decide' if seen.state is MissionState.LOST else 'approve'
+            return verb, answer_body(verb, word, seen.state, store.entries(seen.id))
 
     def _leave(self, mission: str, verb: str, body: dict[str, Json]) -> None:
         with Store(self.path, must_exist=True) as store:
