@@ -531,7 +531,7 @@ class LookupException(TransformException):
 
 
 class TransformTimeoutException(TransformException):
-    """The transform did not become known in time (tf2_ros.TimeoutException)."""
+    """The transform did not become available in time (tf2_ros.TimeoutException)."""
 
 
 # In tf2 it is called TimeoutException, which is also the name of an exception of rclpy.executors.
@@ -696,7 +696,7 @@ class BagError(GoalwireError):
 
 
 class MissionError(GoalwireError):
-    """A durable mission, or its journal, did not do what was asked."""
+    """The base class of the errors of durable missions and their journals."""
 
 
 class JournalError(MissionError):

@@ -1,4 +1,4 @@
-"""Log lines of all nodes, from /rosout, with filters."""
+"""Keeps the log lines of all nodes, from /rosout, and filters them."""
 
 from __future__ import annotations
 

@@ -207,7 +207,7 @@ def fit_typed_value(parameter: RemoteParameter, typed: object) -> Any:
     least, most = parameter.least, parameter.most
     if least is not None and most is not None and isinstance(value, int | float):
         low, high = min(least, most), max(least, most)
-        if not low <= value <= high:  # also True for NaN
+        if not low <= value <= high:  # written so that NaN is refused, too
             reason = f'give a number from {low:g} to {high:g}, not {value:g}'
             raise FieldValueError(parameter.name, reason, parameter.kind)
     return value

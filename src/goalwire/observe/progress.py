@@ -95,5 +95,5 @@ def _tells_what_remains(name: str) -> bool:
 
 
 def _bound(number: float) -> float:
-    """Return the nearest number from 0 to 1, and 0 for NaN, which a peer may send."""
+    """Limit a number to the range from 0 to 1; NaN, which a peer may send, becomes 0."""
     return min(max(number, 0.0), 1.0) if number == number else 0.0  # noqa: PLR0124

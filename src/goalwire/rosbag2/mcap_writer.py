@@ -124,7 +124,7 @@ class McapWriter:
         return self._data_end + self._size
 
     def add_topic(self, topic: Topic) -> None:
-        """Make a topic known, once, before its first message."""
+        """Register a topic; to be called once, before the topic's first message."""
         key = topic.type_name, topic.schema.text
         schema_id = self._schemas.get(key)
         if schema_id is None:
@@ -296,7 +296,7 @@ class McapWriter:
         )
         self._chunks.append(_Chunk(offset, _encoded(index), counts))
 
-    # -- the end ---------------------------------------------------------------------------------------------
+    # -- the end of the file: summary and footer -------------------------------------------------------------
 
     def _write_end(self, metadata: str) -> None:
         """Write metadata, summary and footer behind the data; the next chunk overwrites them."""

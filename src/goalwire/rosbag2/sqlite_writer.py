@@ -45,7 +45,7 @@ class SqliteWriter:
         self._database.commit()
 
     def add_topic(self, topic: Topic) -> None:
-        """Make a topic known, once, before its first message."""
+        """Register a topic; to be called once, before the topic's first message."""
         self._numbers[topic.name] = len(self._numbers) + 1
         self._run(self._insert_topic, topic)
 

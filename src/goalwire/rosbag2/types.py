@@ -41,7 +41,7 @@ def class_of(topic: Topic, topics: Iterable[Topic] = ()) -> type:
 
 
 def decoder_of(topic: Topic, topics: Iterable[Topic] = ()) -> Callable[[bytes], Any]:
-    """Return a function that decodes a topic's messages; raises as `class_of`."""
+    """Return a function that decodes a topic's messages; raises what `class_of` raises."""
     return decoder(class_of(topic, topics))
 
 

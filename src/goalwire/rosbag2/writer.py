@@ -145,7 +145,7 @@ class Writer:
         schema: Schema | None = None,
         serialization: str = 'cdr',
     ) -> None:
-        """Make a topic known before its first message. Adding it again changes nothing.
+        """Register a topic, before its first message. Adding a topic again changes nothing.
 
         If schema or hash is not given, it is looked up by the type's name, if the type is known here.
         """

@@ -28,7 +28,7 @@ class Conduct(Generic[GoalT, ResultT, FeedbackT]):
     feedback: Iterable[FeedbackT] = ()
     """The feedback messages, published one after the other."""
     every: float = 0.1
-    """Seconds between feedback messages, and from the last one to the end."""
+    """Seconds between feedback messages, and from the last feedback message to the goal's end."""
     result: ResultT | Callable[[GoalT], ResultT] | None = None
     """The result of a goal; None: a result with default values."""
     refuse: bool | Callable[[GoalT], bool] = False
@@ -61,7 +61,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         """The accepted goals, in order."""
         self.refused: Log[GoalT] = Log(f"refused goals for '{self.name}'")
         self.cancels: Log[GoalT] = Log(f"cancelled goals of '{self.name}'")
-        """The goals with a cancel request, accepted or not."""
+        """The goals for which a cancel request came, whether it was accepted or not."""
         self.endings: Log[str] = Log(f"ended goals of '{self.name}'")
         """How each goal ended, in order: 'succeeded', 'aborted' or 'canceled'."""
         self._called_off: dict[GoalId, Future[None]] = {}

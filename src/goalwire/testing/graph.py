@@ -260,7 +260,9 @@ class Graph:
         cancel: bool = True,
         node: str | None = None,
     ) -> FakeAction[GoalT, ResultT, FeedbackT]:
-        """Serve goals: publish each of `feedback` `every` s, then end with `result`; see testing.Conduct."""
+        """Serve goals: publish a message of `feedback` each `every` seconds, then `result`; see
+        testing.Conduct.
+        """
         conduct = Conduct(feedback, every, result, refuse, abort, never_ends, cancel)
         core = self._own_node(node or f'fake_{_last(name)}')
         return self._keep(FakeAction(core, action_support(action_type), name, conduct))

@@ -1,6 +1,7 @@
 """The pytest plugin: `gw_graph`, `gw_clock`, `gw_expect` and --gw-transport.
 
-Pytest imports it in every project that has goalwire installed. So the fixtures import everything else.
+Pytest imports it in every project that has goalwire installed. So this module imports little, and the
+fixtures import the rest when they are used.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ _NAP_NS = 10_000_000
 
 
 _STALL_S = 30.0
-"""Real time in s, at least, for which one thread may keep all others waiting before an error is raised."""
+"""The least real time in s for which one thread may keep all others waiting before an error is raised."""
 
 
 def never() -> bool:
