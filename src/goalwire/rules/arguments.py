@@ -109,7 +109,7 @@ class Arguments:
 
     @property
     def params_files(self) -> tuple[str, ...]:
-        """Return the paths of all `--params-file`, in order."""
+        """Return the paths of all `--params-file` arguments, in the order given."""
         return tuple(item.path for item in self.parameters if isinstance(item, ParameterFile))
 
 

@@ -6,7 +6,7 @@ import os
 
 
 def domain_from_environment() -> int:
-    """Return the domain that ROS_DOMAIN_ID names, 0 if it is not set; raises ValueError."""
+    """Return the domain that ROS_DOMAIN_ID names, 0 if it is not set; raises ValueError for a bad value."""
     text = os.environ.get('ROS_DOMAIN_ID', '').strip()
     if not text:
         return 0

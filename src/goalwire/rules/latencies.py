@@ -35,7 +35,7 @@ class Latencies:
         return sum(self.counts)
 
     def histogram(self) -> LatencyHistogram:
-        """Return the durations so far as a histogram."""
+        """Return the durations counted so far as a histogram."""
         from goalwire.rules.statistics import LatencyHistogram
 
         return LatencyHistogram(tuple(self.counts))

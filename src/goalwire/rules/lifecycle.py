@@ -37,7 +37,7 @@ class TransitionCallbackReturnType(Enum):
 
 
 class LifecycleState(NamedTuple):
-    """A state, in the form that callbacks get."""
+    """A state of a managed node, in the form that transition callbacks get."""
 
     label: str
     state_id: int
@@ -158,7 +158,7 @@ class LifecycleMachine:
 
     @property
     def possible(self) -> list[Transition]:
-        """The transitions that start in the present state."""
+        """The transitions that are possible in the present state."""
         return [transition for transition in TRANSITIONS if transition.start == self.state]
 
     def begin(self, wanted: int | str) -> Transition | None:

@@ -41,7 +41,7 @@ class QoSPolicyEnum(IntEnum):
 
     @classmethod
     def of(cls, value: int) -> Self:
-        """Return the value with a number; raises ValueError as ROS 2 does."""
+        """Return the enum's value with a number; raises ValueError as ROS 2 does."""
         return cls(value)
 
 
@@ -55,7 +55,7 @@ class HistoryPolicy(QoSPolicyEnum):
 
 
 class ReliabilityPolicy(QoSPolicyEnum):
-    """The rule for lost messages: whether they are sent again until they arrive."""
+    """The rule for lost messages: whether messages are sent again until they arrive."""
 
     SYSTEM_DEFAULT = 0
     RELIABLE = 1
@@ -65,7 +65,7 @@ class ReliabilityPolicy(QoSPolicyEnum):
 
 
 class DurabilityPolicy(QoSPolicyEnum):
-    """The rule for late subscribers: whether they get earlier messages."""
+    """The rule for late subscribers: whether these get earlier messages."""
 
     SYSTEM_DEFAULT = 0
     TRANSIENT_LOCAL = 1
@@ -136,7 +136,7 @@ class QoS:
 
     @property
     def keeps_all(self) -> bool:
-        """True if the queue has no limit."""
+        """True if the queue keeps all messages, without a limit."""
         return self.history is HistoryPolicy.KEEP_ALL
 
     @property

@@ -165,7 +165,7 @@ def changes_between(earlier: StatusT, later: StatusT) -> StatusT:
 
 
 def with_fields(status: StatusT, **changed: int) -> StatusT:
-    """Return a record with some fields changed."""
+    """Return a copy of a record with some fields changed."""
     return type(status)(**{name: getattr(status, name) for name in status.__slots__} | changed)
 
 

@@ -54,7 +54,7 @@ def described(error: BaseException) -> str:
 
 
 def meaning(reason: str) -> type[CallError]:
-    """Return the error that a client raises for a `reason` ('' if the server gave none)."""
+    """Return the class of the error that a client raises for a `reason` ('' if the server gave none)."""
     if not reason or reason == CLOSING:
         return ServerLostError
     if reason == TIMEOUT:

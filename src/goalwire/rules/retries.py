@@ -122,12 +122,12 @@ class RetryBudget:
 
     @property
     def allows(self) -> bool:
-        """True if requests may be sent again."""
+        """True if the budget allows sending requests again."""
         return self.tokens > self._policy.budget / 2
 
 
 class Attempts:
-    """The attempts of one call. Times are in ns of one steady clock."""
+    """The attempts of one call. Times are in ns, by a steady clock."""
 
     __slots__ = ('_budget', '_chance', 'began', 'number', 'policy')
 

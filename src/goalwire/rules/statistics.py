@@ -53,7 +53,7 @@ class LatencyHistogram:
 
     @property
     def p99(self) -> float:
-        """The duration in s that 99 % of the durations did not exceed."""
+        """The 99th percentile of the durations, in s."""
         return self.quantile(0.99)
 
 

@@ -34,7 +34,7 @@ class ClockType(IntEnum):
 
 
 class DurationType(Protocol):
-    """Any object with a span of time in `nanoseconds`."""
+    """Any object that has a span of time in an attribute `nanoseconds`."""
 
     @property
     def nanoseconds(self) -> int: ...
@@ -180,7 +180,7 @@ class Time:
         return self._clock_type
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
-        """Return whole seconds and the nanoseconds beyond them."""
+        """Return the time as whole seconds and the remaining nanoseconds."""
         return divmod(self._nanoseconds, S_TO_NS)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""ament_index_python: packages and resources of ROS 2 prefixes, and goalwire's own interface packages."""
+"""ament_index_python: finds packages and resources in ROS 2's prefixes, and goalwire's interface packages."""
 
 from ament_index_python.constants import AMENT_PREFIX_PATH_ENV_VAR, RESOURCE_INDEX_SUBFOLDER
 from ament_index_python.packages import (

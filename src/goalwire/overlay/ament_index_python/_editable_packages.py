@@ -30,7 +30,10 @@ def share(package: str) -> str | None:
 
 
 def prefix(package: str) -> str | None:
-    """Return the prefix made for a package: it has the programs, and the source folder as share folder."""
+    """Return the prefix made for a package.
+
+    It has the programs, and the source folder as the share folder.
+    """
     found = _find_installed(entry_points.python_path()).get(package)
     if found is None:
         return None
@@ -62,7 +65,7 @@ def _metadata_folders(folder: str) -> list[Path]:
 
 
 def _source_of(metadata: Path) -> Path | None:
-    """Return the folder of an editable install; None for every other distribution."""
+    """Return the source folder of an editable install; None for every other distribution."""
     try:
         record = json.loads(read_regular(str(metadata / 'direct_url.json'), LARGEST_DEFINITION))
         url = urlsplit(record['url'])
@@ -75,5 +78,5 @@ def _source_of(metadata: Path) -> Path | None:
 def _package_name(source: Path) -> str | None:
     try:
         return workspace.package_name(str(source / workspace.MANIFEST))
-    except ValueError:  # package.xml is missing or invalid
+    except ValueError:  # the folder's package.xml is missing or invalid
         return None

@@ -1,4 +1,4 @@
-"""ament_index_python.packages: the prefixes and share folders of packages."""
+"""ament_index_python.packages: finds the prefixes and share folders of packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ament_index_python.resources: files below <prefix>/share/ament_index/resource_index/<type>/<name>."""
+"""ament_index_python.resources: reads the files <prefix>/share/ament_index/resource_index/<type>/<name>."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def get_resources(resource_type: str) -> dict[str, str]:
 
 
 def get_resource_types() -> set[str]:
-    """Return the types of all resources."""
+    """Return the types of which any prefix has resources."""
     types = set(_interface_packages.RESOURCE_TYPES)
     for prefix in get_search_paths():
         types |= {entry.name for entry in _visible(_index(prefix)) if entry.is_dir()}

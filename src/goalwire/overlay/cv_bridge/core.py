@@ -62,11 +62,11 @@ class CvBridge:
         return DTYPES[depth], channels
 
     def encoding_to_cvtype2(self, encoding: str) -> int:
-        """Return OpenCV's number for an encoding; raises CvBridgeError for an unknown one."""
+        """Return OpenCV's type number for an encoding; raises CvBridgeError for an unknown encoding."""
         return _or_error(lambda: getCvType(encoding))
 
     def encoding_to_dtype_with_channels(self, encoding: str) -> tuple[str, int]:
-        """Return the name of the dtype and the number of channels; raises CvBridgeError."""
+        """Return the dtype's name and the number of channels of an encoding; raises CvBridgeError."""
         found = _or_error(lambda: encoding_of(encoding))
         return DTYPES[found.depth], found.channels
 

@@ -54,7 +54,7 @@ class Encoding(NamedTuple):
 
 @cache
 def encoding_of(name: str) -> Encoding:
-    """Return the meaning of an encoding; raises ConversionError for an unknown one."""
+    """Return the meaning of an encoding's name; raises ConversionError for an unknown name."""
     for depth in ('8', '16'):
         head = name.removesuffix(depth)
         if head == name:
@@ -98,6 +98,6 @@ def depth_and_channels(number: int) -> tuple[str, int]:
 
 
 def getCvType(encoding: str) -> int:
-    """Return OpenCV's number for an encoding; raises RuntimeError for an unknown one."""
+    """Return OpenCV's type number for an encoding; raises RuntimeError for an unknown encoding."""
     found = encoding_of(encoding)
     return cv_type(found.depth, found.channels)

@@ -35,8 +35,8 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
     def mergeSummary(self, *args: object) -> None:
         """Merge a second summary, given as for `summary`, into this one.
 
-        The higher level counts. If both levels are OK, or neither is, the messages are joined by a
-        semicolon. If only one level is OK, its message is dropped.
+        The result has the higher level. If both levels are OK, or neither is, the messages are joined by a
+        semicolon. If only one level is OK, the message of this level is dropped.
         """
         level, message = _read_summary(args)
         if (level > DiagnosticStatus.OK) == (self.level > DiagnosticStatus.OK):

@@ -66,7 +66,7 @@ class CompositeDiagnosticTask(DiagnosticTask):
         self.tasks.append(t)
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Run the tasks in order; each starts with the summary of the given status."""
+        """Run the tasks in order; each task starts with the summary that the given status had."""
         passed_in, merged = DiagnosticStatusWrapper(), DiagnosticStatusWrapper()
         passed_in.summary(stat)
         for task in tuple(self.tasks):
@@ -173,7 +173,7 @@ class Updater(DiagnosticTaskVector):
 
     @property
     def period(self) -> float:
-        """The seconds between two updates; a new value counts from now on."""
+        """The seconds between two updates. A new value takes effect at once."""
         return self._period
 
     @period.setter

@@ -48,7 +48,7 @@ class TopicDiagnostic(HeaderlessTopicDiagnostic):
         self.addTask(self.stamp)
 
     def tick(self, stamp: Time | float) -> None:  # type: ignore[override]  # upstream's: a stamp is needed
-        """Count a message with its stamp, a Time or in seconds."""
+        """Count a message with its stamp: a Time, or a number of seconds."""
         self.stamp.tick(stamp)
         super().tick()
 

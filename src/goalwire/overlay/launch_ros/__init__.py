@@ -1,4 +1,4 @@
-"""launch_ros: nodes in launch files."""
+"""launch_ros: extends launch files by nodes of ROS 2."""
 
 from launch_ros import actions, descriptions, event_handlers, events, parameter_descriptions, substitutions
 

@@ -1,6 +1,6 @@
-"""launch_testing: tests of programs that a launch description starts.
+"""launch_testing: runs tests of programs that a launch description starts.
 
-The names and rules are those of the package of this name: https://github.com/ros2/launch
+The names and rules are those of ROS 2's package of this name: https://github.com/ros2/launch
 """
 
 from launch_testing import actions, asserts, event_handlers, markers, tools, util

@@ -1,4 +1,4 @@
-"""launch_testing: decorators of tests, and of the function that describes the launch."""
+"""launch_testing: decorators for tests, and for the function that returns the launch description."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""launch_testing.io_handler: the output of processes."""
+"""launch_testing.io_handler: records the output of processes."""
 
 from __future__ import annotations
 

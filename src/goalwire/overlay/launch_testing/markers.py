@@ -1,4 +1,4 @@
-"""launch_testing.markers: launches that stay alive, and tests that are repeated after a failure."""
+"""launch_testing.markers: mark launches that stay alive, and tests that are repeated after a failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""launch_testing.test_result: results with their tests and the time that each test took."""
+"""launch_testing.test_result: test results that also record the time that each test took."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""launch_testing_ros: help for launch tests of nodes, beside launch_testing."""
+"""launch_testing_ros: extends launch_testing by helpers for tests of nodes."""
 
 from launch_testing_ros import tools
 from launch_testing_ros.data_republisher import DataRepublisher

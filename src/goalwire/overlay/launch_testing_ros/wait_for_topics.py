@@ -63,7 +63,7 @@ class WaitForTopics:
         return self._all_received.wait(self.timeout)
 
     def shutdown(self) -> None:
-        """Stop listening. Received messages are kept."""
+        """Stop listening to the topics. Received messages are kept."""
         self._context.try_shutdown()
         self._thread.join()
         self._executor.shutdown()

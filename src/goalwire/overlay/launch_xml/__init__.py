@@ -1,4 +1,4 @@
-"""launch_xml: launch files in XML."""
+"""launch_xml: reads launch files in XML."""
 
 import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.launching.frontend import (

@@ -1,4 +1,4 @@
-"""launch_yaml: launch files in YAML."""
+"""launch_yaml: reads launch files in YAML."""
 
 import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.launching.frontend import (

@@ -53,11 +53,11 @@ class Cache(SimpleFilter):
         return [msg for stamp, msg in tuple(self._entries) if from_stamp <= stamp <= to_stamp]
 
     def getElemAfterTime(self, stamp: Time) -> Any:
-        """Return the first message at or after an instant; None if there is none."""
+        """Return the first kept message at or after an instant; None if there is no such message."""
         return next((msg for own, msg in tuple(self._entries) if own >= stamp), None)
 
     def getElemBeforeTime(self, stamp: Time) -> Any:
-        """Return the last message at or before an instant; None if there is none."""
+        """Return the last kept message at or before an instant; None if there is no such message."""
         return next((msg for own, msg in reversed(tuple(self._entries)) if own <= stamp), None)
 
     def getLastestTime(self) -> Time | None:

@@ -24,7 +24,7 @@ class Subscriber(SimpleFilter):
     def __init__(
         self, node: Node, msg_type: type, topic: str, qos_profile: Any = DEFAULT_DEPTH, **kwargs: Any
     ) -> None:
-        """Subscribe; raises as create_subscription does."""
+        """Subscribe to the topic; raises as Node.create_subscription does."""
         super().__init__()
         self.node = node
         self.topic = topic
@@ -37,7 +37,7 @@ class Subscriber(SimpleFilter):
         self.signalMessage(msg)
 
     def getTopic(self) -> str:
-        """Return the topic's name as it was given."""
+        """Return the topic's name as the program gave it."""
         return self.topic
 
     def __getattr__(self, name: str) -> Any:

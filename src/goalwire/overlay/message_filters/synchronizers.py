@@ -36,7 +36,7 @@ class TimeSynchronizer(SimpleFilter):
         self.connectInput(fs)
 
     def connectInput(self, fs: Iterable[SimpleFilter]) -> None:
-        """Take the outputs of `fs` as inputs, with empty queues."""
+        """Take the outputs of the filters `fs` as inputs, with empty queues."""
         filters = list(fs)
         self.queues: list[Queue] = [{} for _ in filters]
         self.input_connections = [

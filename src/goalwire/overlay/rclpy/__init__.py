@@ -1,4 +1,4 @@
-"""ROS 2's Python API (rclpy), implemented by goalwire: init, nodes, spinning, shutdown."""
+"""ROS 2's Python API (rclpy), implemented by goalwire: functions to init, make nodes, spin and shut down."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ rclpy_get_rmw_implementation_identifier = get_rmw_implementation_identifier
 
 
 def rclpy_serialize(message: object, _message_type: type) -> bytes:
-    """Return the bytes of a message; raises EncodeError."""
+    """Return a message as serialized bytes; raises EncodeError."""
     return serialize_message(message)
 
 
@@ -84,5 +84,5 @@ def rclpy_resolve_name(node: NodeCore, name: str, only_expand: bool, is_service:
 
 
 def rclpy_remove_ros_args(args: Sequence[str]) -> list[str]:
-    """Return `args` without `--ros-args … --`; raises RCLInvalidROSArgsError."""
+    """Return `args` without the part `--ros-args … --`; raises RCLInvalidROSArgsError."""
     return remove_ros_args(args)

@@ -18,7 +18,7 @@ class BaseClient(ClientCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
     srv_type: ServiceClass[RequestT, ResponseT]
 
     def service_is_ready(self) -> bool:
-        """True while there is a server of this name and type."""
+        """True while there is a server with the client's service name and type."""
         return self.server_is_there()
 
 
@@ -39,7 +39,7 @@ class Client(BaseClient[RequestT, ResponseT]):
         return self.pending[sequence_number]
 
     def remove_pending_request(self, future: Future[Any]) -> None:
-        """Stop waiting for a response; the request's future stays pending."""
+        """Stop waiting for the response to a request; the request's future stays pending."""
         if isinstance(future, PendingCall):
             future.discard()
 

@@ -1,4 +1,4 @@
-"""rclpy.clock: system, steady and ROS time."""
+"""rclpy.clock: the clocks for system time, steady time and ROS time."""
 
 from goalwire.execution.clock import (
     Clock,

@@ -1,4 +1,4 @@
-"""rclpy.context: the life of a program between init() and shutdown()."""
+"""rclpy.context: the class Context, the state of a program between init() and shutdown()."""
 
 from goalwire.entities.context import Context
 from rclpy._reexports import reexport

@@ -1,4 +1,4 @@
-"""rclpy.duration: spans of time."""
+"""rclpy.duration: the class Duration, a span of time."""
 
 from goalwire.rules.time import Duration, DurationType, Infinite
 from rclpy._reexports import reexport

@@ -129,7 +129,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
         self._check_alive()
 
     def destroy(self) -> None:
-        """Stop calling the callback. Idempotent."""
+        """Stop handling the event: its callback is not called any more. Idempotent."""
         self._reader.close()
 
     def _check_alive(self) -> None:

@@ -148,7 +148,7 @@ class AsyncParameterClient:
     def delete_parameters(
         self, names: list[str], callback: Callable[[Future[SetParameters.Response]], object] | None = None
     ) -> Future[SetParameters.Response]:
-        """Undeclare parameters; this works only for dynamically typed parameters."""
+        """Undeclare parameters of the other node; this works only for dynamically typed parameters."""
         return self.set_parameters([Parameter(name) for name in names], callback)
 
     def load_parameter_file(

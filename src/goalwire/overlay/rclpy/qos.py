@@ -1,4 +1,4 @@
-"""rclpy.qos: quality of service as programs set it. The rules are in goalwire.rules.qos."""
+"""rclpy.qos: the QoS classes that programs use. The rules are in goalwire.rules.qos."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ PolicyT = TypeVar('PolicyT', bound=QoSPolicyEnum)
 
 
 class QoSPolicyKind(IntEnum):
-    """The kinds of policies (rmw_qos_policy_kind_t)."""
+    """The kinds of QoS policies (rmw_qos_policy_kind_t)."""
 
     INVALID = 1 << 0
     DURABILITY = 1 << 1
@@ -76,7 +76,7 @@ class QoSPolicyKind(IntEnum):
 
 
 def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
-    """Return the name of a kind of policy; raises ValueError for an unknown number."""
+    """Return the name of a kind of QoS policy; raises ValueError for an unknown number."""
     return QoSPolicyKind(policy_kind).name
 
 

@@ -91,8 +91,8 @@ def overridden(
     """Declare the read-only parameters of an endpoint, and return the profile with their overrides.
 
     `entity` is 'publisher' or 'subscription', `topic` is fully qualified. Raises InvalidQosOverridesError if
-    the callback refuses the profile, RuntimeError for a value that no policy has, ValueError for
-    a profile with UNKNOWN policies, InvalidParameterTypeException.
+    the callback refuses the profile, RuntimeError for a value that no policy has, ValueError for a profile
+    with UNKNOWN policies, InvalidParameterTypeException for an override of a wrong type.
     """
     qos = profile.to_core()
     for kind in options.policy_kinds:
@@ -144,7 +144,7 @@ def _declare(
     whose: tuple[str, str, str | None],
     default: rules.OverrideValue,
 ) -> object:
-    """Declare one parameter, unless an earlier endpoint has declared it, and return its value."""
+    """Declare one QoS parameter, unless an earlier endpoint has declared it, and return its value."""
     from rcl_interfaces.msg import ParameterDescriptor
 
     name = rules.override_name(policy, *whose)

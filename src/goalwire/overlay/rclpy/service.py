@@ -20,7 +20,7 @@ class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
 
     @cached_property
     def srv_type(self) -> ServiceClass[RequestT, ResponseT]:
-        """The service class. For a node's built-in services it is made at its first use."""
+        """The service class. For a node's built-in services the class is made at its first use."""
         return self.support.cls
 
     def service_take_request(

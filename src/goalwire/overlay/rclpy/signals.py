@@ -1,4 +1,4 @@
-"""rclpy.signals: the handling of SIGINT and SIGTERM."""
+"""rclpy.signals: installs and removes the handlers of SIGINT and SIGTERM."""
 
 from goalwire.execution.signals import (
     SignalHandlerGuardCondition,

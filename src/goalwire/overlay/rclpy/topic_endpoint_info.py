@@ -99,7 +99,7 @@ class TopicEndpointInfo:
 
     @property
     def topic_type(self) -> str:
-        """The type, as 'std_msgs/msg/String'."""
+        """The topic's type, for example 'std_msgs/msg/String'."""
         return self._topic_type
 
     @topic_type.setter
@@ -128,7 +128,7 @@ class TopicEndpointInfo:
 
     @property
     def endpoint_gid(self) -> Sequence[int]:
-        """The endpoint's id on the wire, byte by byte."""
+        """The endpoint's id on the wire, as a list of bytes."""
         return self._endpoint_gid
 
     @endpoint_gid.setter

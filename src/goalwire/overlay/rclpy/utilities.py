@@ -31,7 +31,7 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
 
 
 def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
-    """Return `args` (None: `sys.argv`) without `--ros-args … --`; raises RCLInvalidROSArgsError."""
+    """Return `args` (None: `sys.argv`) without the part `--ros-args … --`; raises RCLInvalidROSArgsError."""
     return list(node_arguments(sys.argv if args is None else args).rest)
 
 
@@ -65,7 +65,7 @@ def get_available_rmw_implementations() -> set[str]:
 
 
 def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
-    """Return nanoseconds; -1 (no limit) for None and for negative times, as rclpy does."""
+    """Return a timeout in nanoseconds; -1 (no limit) for None and for negative times, as rclpy does."""
     if timeout_sec is None or timeout_sec < 0:
         return -1
     return int(float(timeout_sec) * S_TO_NS)

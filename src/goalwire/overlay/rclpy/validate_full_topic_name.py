@@ -6,7 +6,7 @@ from rclpy._reexports import reexport
 
 
 def validate_full_topic_name(name: str, *, is_service: bool = False) -> bool:
-    """Return True; raises InvalidTopicNameException or InvalidServiceNameException."""
+    """Return True for a valid name; raises InvalidTopicNameException or InvalidServiceNameException."""
     check_is_name(name)
     with rclpy_exceptions():
         names.validate_full_topic_name(name, is_service=is_service)

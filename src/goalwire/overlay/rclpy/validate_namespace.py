@@ -6,7 +6,7 @@ from rclpy._reexports import reexport
 
 
 def validate_namespace(namespace: str) -> bool:
-    """Return True; raises InvalidNamespaceException, which points at the wrong character."""
+    """Return True if valid; raises InvalidNamespaceException, which shows the wrong character."""
     check_is_name(namespace)
     with rclpy_exceptions():
         names.validate_namespace(namespace)

@@ -6,7 +6,7 @@ from rclpy._reexports import reexport
 
 
 def validate_node_name(node_name: str) -> bool:
-    """Return True; raises InvalidNodeNameException, which points at the wrong character."""
+    """Return True for a valid name; raises InvalidNodeNameException, which shows the wrong character."""
     check_is_name(node_name)
     with rclpy_exceptions():
         names.validate_node_name(node_name)

@@ -5,7 +5,7 @@ from rclpy.exceptions import InvalidParameterException
 
 
 def validate_parameter_name(name: str) -> bool:
-    """Return True; raises InvalidParameterException for an empty name."""
+    """Return True for a valid name; raises InvalidParameterException for an empty name."""
     if not name:
         raise InvalidParameterException(name)
     return True

@@ -8,7 +8,7 @@ TOPIC_SEPARATOR_STRING = '/'
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> bool:
-    """Return True; raises InvalidTopicNameException or InvalidServiceNameException."""
+    """Return True for a valid name; raises InvalidTopicNameException or InvalidServiceNameException."""
     check_is_name(name, 'failed to validate name: topic_name argument is null')
     with rclpy_exceptions():
         names.validate_topic_name(name, is_service=is_service)

@@ -1,4 +1,4 @@
-"""The node of a container: its services load, unload and list components."""
+"""The node of a component container: its services load, unload and list components."""
 
 from __future__ import annotations
 

@@ -36,13 +36,13 @@ class AbstractType:
 
 
 class AbstractNestableType(AbstractType):
-    """The base of types that may be elements of arrays and sequences."""
+    """The base of the types that the elements of arrays and sequences may have."""
 
     __slots__ = ()
 
 
 class BasicType(AbstractNestableType):
-    """A primitive, by its IDL name: boolean, octet, float, double, int8, …"""
+    """A primitive type with its IDL name: boolean, octet, float, double, int8, …"""
 
     __slots__ = ('typename',)
 

@@ -1,4 +1,4 @@
-"""rosidl_runtime_py.get_interfaces: the interfaces of packages, and their files."""
+"""rosidl_runtime_py.get_interfaces: finds the interfaces of packages, and the files that define them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def get_action_interfaces(package_names: Iterable[str] = ()) -> dict[str, list[s
 
 
 def get_interface_path(interface_name: str) -> str:
-    """Return the file that defines 'std_msgs/msg/String'; a name may have a file ending.
+    """Return the file that defines an interface such as 'std_msgs/msg/String'; a name may have a file ending.
 
     Raises ValueError for a malformed name, LookupError for an unknown package or file.
     """

@@ -1,4 +1,4 @@
-"""tf2_py.BufferCore: the tree of frames, for transforms given as messages."""
+"""tf2_py.BufferCore: stores transforms, given as messages, in a tree of frames."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class BufferCore:
         time: Instant,
         averaging_interval: Duration,
     ) -> Velocity:
-        """Do as lookupVelocityCore for a point that moves with the tracked frame.
+        """Do as lookupVelocityCore, but for a point that moves with the tracked frame.
 
         The result is in the reference frame's axes. Raises as lookupVelocityCore does.
         """

@@ -242,7 +242,7 @@ def _wait_hearing(
     heard = list(event_queues)
     arrival: Future[None] = Future()
 
-    def tell() -> None:  # called on any thread
+    def tell() -> None:  # may be called on any thread
         arrival.set_result(None)
 
     for event_queue in heard:

@@ -1,4 +1,4 @@
-"""tf2_ros.TransformBroadcaster: publishes moving transforms."""
+"""tf2_ros.TransformBroadcaster: publishes transforms that change."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
         raise ValueError('Matrix is singular')
     turn, upper = np.linalg.qr(affine[:3, :3])
     signs = np.sign(np.diag(upper))
-    turn, upper = turn * signs, signs[:, None] * upper  # scale factors above 0
+    turn, upper = turn * signs, signs[:, None] * upper  # choose scale factors above 0
     if np.linalg.det(turn) < 0:
         turn, upper = -turn, -upper
     scale = np.diag(upper).copy()

@@ -59,7 +59,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
-    """Return the rotation that applies `quaternion0`, then `quaternion1`."""
+    """Return the product of two quaternions: the rotation that applies `quaternion0`, then `quaternion1`."""
     x1, y1, z1, w1 = floats(quaternion1)
     x0, y0, z0, w0 = floats(quaternion0)
     return floats(
@@ -73,12 +73,12 @@ def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """Return the conjugate: x, y and z change their sign."""
+    """Return the conjugate of a quaternion: x, y and z change their sign."""
     return floats(quaternion) * floats((-1, -1, -1, 1))
 
 
 def quaternion_inverse(quaternion: ArrayLike) -> Array:
-    """Return the inverse quaternion; its length is the reciprocal of the given length."""
+    """Return the inverse quaternion, whose length is the reciprocal of the given quaternion's length."""
     return floats(quaternion_conjugate(quaternion) / np.sum(floats(quaternion) ** 2))
 
 
@@ -102,7 +102,7 @@ def quaternion_slerp(
 
 
 def random_quaternion(rand: ArrayLike | None = None) -> Array:
-    """Return a uniformly random rotation; `rand` is three numbers of [0, 1) (Shoemake, 1992)."""
+    """Return a uniformly random rotation; `rand` holds three random numbers from [0, 1) (Shoemake, 1992)."""
     a, b, c = np.random.default_rng().random(3) if rand is None else floats(rand)
     small, large = sqrt(1 - a), sqrt(a)
     first, second = 2 * pi * b, 2 * pi * c

@@ -25,7 +25,7 @@ MOST_PARTICIPANTS = 120
 
 
 class Reach(Enum):
-    """How far a participant looks for others."""
+    """How far a participant looks for other participants."""
 
     OFF = 'off'
     LOCALHOST = 'localhost'
@@ -34,7 +34,7 @@ class Reach(Enum):
 
 @record
 class Ports:
-    """The rule for the ports of a domain. All participants of a domain must use the same one."""
+    """The rule for the ports of a domain. All participants of a domain must use the same rule."""
 
     base: int = 7400
     domain_gain: int = 250
@@ -49,7 +49,7 @@ STANDARD = Ports()
 
 
 def first_port(domain: int, ports: Ports = STANDARD) -> int:
-    """Return the first port of a domain, from which the others are counted. Raises TransportError."""
+    """Return the first port of a domain, from which its other ports are counted. Raises TransportError."""
     if not 0 <= domain <= MOST_DOMAIN:
         raise TransportError(f'there is no domain {domain} on DDS; the last one is {MOST_DOMAIN}')
     first = ports.base + ports.domain_gain * domain
@@ -113,7 +113,10 @@ def split_port(peer: str) -> tuple[str, int | None]:
 
 @cache
 def look_up(host: str) -> str:
-    """Return the IPv4 address of a host, or an IPv6 address in its normal form. Raises TransportError."""
+    """Return the IPv4 address of a host name; return an IPv6 address in its normal form.
+
+    Raises TransportError.
+    """
     family = socket.AF_INET6 if ':' in host else socket.AF_INET
     with suppress(OSError, ValueError):  # for a numeric address Python need not load its codec for host names
         return socket.inet_ntop(family, socket.inet_pton(family, host))

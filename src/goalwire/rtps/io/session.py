@@ -127,7 +127,7 @@ class RtpsSession:
     # ---- interfaces
 
     def _look_at_interfaces(self) -> tuple[tuple[Interface, ...], frozenset[str]]:
-        """Return the interfaces to use, and all addresses of this host."""
+        """Look up and return the interfaces to use, and all addresses of this host."""
         settings = self._settings
         all_of_them = find_interfaces(ipv6=settings.ipv6)
         loopback = LOOPBACK_V6 if settings.ipv6 else LOOPBACK

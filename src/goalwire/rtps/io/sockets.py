@@ -165,7 +165,7 @@ class Sockets:
                         sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, request)
 
     def _name(self, interface: Interface) -> bytes:
-        """Return an interface as the value of the socket option that selects it for multicast."""
+        """Return the value of the socket option that selects an interface for sending multicast packets."""
         if self._settings.ipv6:
             return struct.pack('@I', interface.number)
         return socket.inet_aton(interface.address)

@@ -108,7 +108,7 @@ def write_participant(data: ParticipantData) -> bytes:
 
 
 def read_participant(payload: bytes) -> ParticipantData:
-    """Read a payload of SPDP; raises RtpsError if it has no GUID, or must be ignored."""
+    """Read a payload of SPDP; raises RtpsError if the payload has no GUID, or must be ignored."""
     told, order = read_payload(payload)
     values: dict[str, object] = {}
     metatraffic: list[Address] = []

@@ -89,7 +89,7 @@ class Backlog:
         return sample
 
     def forget(self, number: int) -> None:
-        """Note that a sample will not come, unless it is held already."""
+        """Note that the sample `number` will not come, unless it is held already."""
         self.held.setdefault(number, None)
         self.drop_partial(number)
 
@@ -147,7 +147,7 @@ class Backlog:
     # ---- both
 
     def drop_below(self, first: int) -> None:
-        """Drop all samples below a number."""
+        """Drop all kept samples whose number is below `number`."""
         for number in [number for number in self.held if number < first]:
             self.take(number)
         self.drop_partials(lambda number: number < first)

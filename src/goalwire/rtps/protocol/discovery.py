@@ -194,7 +194,7 @@ class Discovery:
             self._wire.send(answer, remote.address)
 
     def leave(self) -> None:
-        """Tell the others that the participant leaves, and forget them."""
+        """Tell the other participants that this one leaves, and forget them."""
         self._is_closed = True
         self._send_to_all(self._announce_as(GONE))
         for remote in self._known.remotes.values():
@@ -275,7 +275,7 @@ class Discovery:
             self.prove(remote, source[0])
 
     def _hosts_of(self, told: ParticipantData, source: str) -> set[str]:
-        """Return the hosts from which a participant's packets may come."""
+        """Return the hosts from which packets in a participant's name are accepted."""
         own_hosts = self._settings.own_hosts
         hosts = {source, *(host for host, _ in (*told.metatraffic, *told.default))}
         return hosts | own_hosts if source in own_hosts else hosts
@@ -360,7 +360,7 @@ class Discovery:
     def on_endpoint(self, sample: Sample, *, are_writers: bool) -> RemoteParticipant | None:
         """Take news of a writer or a reader (SEDP): it exists, or has gone. Raises RtpsError.
 
-        Returns its participant if it is a new writer.
+        Returns the participant of the endpoint if the endpoint is a writer, else None.
         """
         remote = self._known.remotes.get(sample.writer[:PREFIX_SIZE])
         if remote is None:

@@ -1,4 +1,4 @@
-"""Samples that are larger than a packet: cut into fragments, and joined again."""
+"""Cuts samples that are larger than a packet into fragments, and joins the fragments again."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class Change:
 
 
 class HistoryCache:
-    """A writer's changes, by number."""
+    """The changes that a writer keeps, by number."""
 
     def __init__(self, depth: int, *, is_keyed: bool = False) -> None:
         """Keep the last `depth` changes; 0: all. On a topic with keys, keep one change for each key."""

@@ -15,10 +15,10 @@ RANDOM_SIZE = 8
 
 
 def make_prefix(port: int, random: bytes) -> bytes:
-    """Return the prefix of a participant that sends all its packets from a port."""
+    """Return a new GUID prefix for a participant that sends all its packets from `port`."""
     return VENDOR + port.to_bytes(2, 'big') + random
 
 
 def may_come_from(prefix: bytes, port: int) -> bool:
-    """Return True if a packet in the name of a participant of this host may come from a port."""
+    """Return True if a packet with the GUID prefix of a participant on this host may come from a port."""
     return prefix[:2] != VENDOR or int.from_bytes(prefix[2:4], 'big') == port

@@ -125,7 +125,7 @@ class Matching:
             self._compare_any(own, other)
 
     def remove(self, endpoint: Writer | Reader) -> bool:
-        """Remove a local endpoint; return False if it was removed before."""
+        """Remove a local endpoint; return False if it was already removed."""
         if isinstance(endpoint, Writer):
             found = self.writers.pop(endpoint.entity_id, None)
         else:
@@ -202,7 +202,10 @@ class Matching:
                 writer.unmatch(endpoint.guid)
 
     def _compare(self, writer: EndpointData, reader: EndpointData) -> None:
-        """Match a writer and a reader of one topic, if they are compatible; one of them is local."""
+        """Match a writer and a reader of one topic if they are compatible.
+
+        At least one of the two is local.
+        """
         own_writer = self.writers.get(writer.entity_id) if writer.prefix == self._wire.prefix else None
         own_reader = self.readers.get(reader.entity_id) if reader.prefix == self._wire.prefix else None
         are_keyed = {is_keyed(writer.entity_id), is_keyed(reader.entity_id)}
@@ -226,7 +229,7 @@ class Matching:
                     self.route(own_reader, writer, address)
 
     def _address_of(self, remote: RemoteParticipant, endpoint: EndpointData) -> Address | None:
-        """Return the address of an endpoint."""
+        """Return the address to which packets for an endpoint are sent; None if no address is valid."""
         if remote is self.own:
             return LOCAL
         address = self.choose(endpoint.addresses or remote.data.default, remote.address[0])
@@ -240,7 +243,7 @@ class Matching:
         return address
 
     def route(self, reader: Reader, writer: EndpointData, address: Address) -> None:
-        """Let a reader get a writer's samples."""
+        """Let a local reader get a writer's samples from now on."""
         self.unroute(writer.guid, reader.entity_id)
         self.routes.setdefault(writer.guid, []).append((reader, reader.match(writer, address)))
 
@@ -278,7 +281,7 @@ class Matching:
         return next((each for each in addresses if is_ipv6(each[0]) is self._is_ipv6), None)
 
     def move(self, own: ParticipantData, own_hosts: frozenset[str]) -> None:
-        """Note that the addresses of this host have changed."""
+        """Note that the addresses of this host, and of its participants, have changed."""
         self.own.data, self.own_hosts = own, own_hosts
         for remote in self.remotes.values():
             if remote.is_near and remote is not self.own:

@@ -321,7 +321,10 @@ _READERS: dict[int, tuple[int, Callable[[bytes, int, int, int], Body]]] = {
 
 
 def read_body(kind: int, data: bytes, at: int, end: int, flags: int) -> Body | None:
-    """Read a submessage's body; return None for a kind without a record here. Raises RtpsError."""
+    """Read a submessage's body; return None for a kind that this module has no record for.
+
+    Raises RtpsError.
+    """
     known = _READERS.get(kind)
     if known is None:
         return None

@@ -42,9 +42,9 @@ _new_sample: Callable[[tuple[bytes, int, int | None, bytes | None, bytes, bool]]
 
 
 def read_plain(packet: bytes, prefix: bytes, own_prefix: bytes) -> tuple[bytes, Sample] | None:
-    """Return the reader's entity id and the sample of a plain packet that is not for another participant.
+    """Return the reader's entity id and the sample of a plain packet; None for any other packet.
 
-    `prefix` is the sender's. Raises RtpsError.
+    A packet for another participant gives None, too. `prefix` is the sender's GUID prefix. Raises RtpsError.
     """
     at, size = HEADER_SIZE, len(packet)
     if packet.startswith(_INFO_DST_HEAD, HEADER_SIZE):

@@ -33,7 +33,7 @@ class ReaderListener:
         """Called with each sample, in the order of delivery."""
 
     def on_matched(self, writer: EndpointData) -> None:
-        """Called when a writer has been matched: its samples come from now on."""
+        """Called when a writer has been matched: the writer's samples come from now on."""
 
     def on_answered(self, writer: EndpointData) -> None:
         """Called at a reliable writer's first HEARTBEAT, which shows that the writer knows the reader."""
@@ -100,7 +100,7 @@ class Reader:
             if proxy.is_reliable and proxy.next:
                 self._requests.ask(proxy)
 
-    # ---- what writers send
+    # ---- samples and other messages from writers
 
     def on_sample(self, proxy: WriterProxy, sample: Sample) -> None:
         """Take a sample."""
@@ -167,7 +167,7 @@ class Reader:
         self._post(partial(self._tell_sample, sample))
 
     def on_fragment(self, proxy: WriterProxy, fragment: DataFrag, time: int | None) -> None:
-        """Take some fragments of a sample; raises RtpsError."""
+        """Take some fragments of a sample; raises RtpsError for fragments that do not fit together."""
         number = fragment.number
         if proxy.watch is not None:
             self.note_alive(proxy)
@@ -244,7 +244,7 @@ class Reader:
         proxy.known = max(proxy.known, base - 1)
         self._release(proxy)
 
-    # ---- writers that come and go
+    # ---- matching with writers
 
     def match(self, writer: EndpointData, address: Address) -> WriterProxy:
         """Add a writer."""

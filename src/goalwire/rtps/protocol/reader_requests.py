@@ -86,7 +86,7 @@ class Requests:
             proxy.timer = self._wire.timers.at(self._wire.clock() + delay_s, partial(self._on_timer, proxy))
 
     def stop_timer(self, proxy: WriterProxy) -> None:
-        """Cancel the planned request."""
+        """Cancel the planned request to a writer."""
         if proxy.timer is not None:
             proxy.timer.cancel()
             proxy.timer = None

@@ -30,7 +30,7 @@ class Timer:
         self.function: Callable[[], None] | None = function
 
     def cancel(self) -> None:
-        """Do not call the function."""
+        """Cancel the timer: its function will not be called."""
         self.function = None
 
 
@@ -43,7 +43,7 @@ class Timers:
         self._next = count().__next__
 
     def at(self, when: float, function: Callable[[], None]) -> Timer:
-        """Let `function` be called at a time."""
+        """Return a new timer that calls `function` at a time."""
         timer = Timer(when, function)
         heapq.heappush(self.heap, (when, self._next(), timer))
         return timer

@@ -1,8 +1,8 @@
 """A writer of one topic: it sends samples at once, and keeps them for readers that may request them again.
 
-A fresh sample goes to all readers, in one packet for each address (`writer_output`). It is kept for reliable
-readers that have not acknowledged it (`repairs`), and for readers that come later (transient local). A sample
-that fits no packet is sent in fragments (`fragment_windows`).
+A fresh sample goes to all readers, in one packet for each address (`writer_output`). The sample is kept for
+reliable readers that have not acknowledged it (`writer_repairs`), and for readers that come later (transient
+local). A sample that is too large for a packet is sent in fragments (`fragment_windows`).
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ class Writer:
         return bool(self._output.reliable) and (is_behind or self._unacked_size() >= MOST_UNACKNOWLEDGED_SIZE)
 
     def _is_full_for(self, proxy: ReaderProxy) -> bool:
-        """Return True if a writer with KEEP_ALL must wait for this reader; silent others do not count."""
+        """Return True if a writer with KEEP_ALL has no room for another sample to only this reader."""
         return (
             self._windows.unsent_size >= MOST_UNACKNOWLEDGED_SIZE
             or len(proxy.addressed) >= MOST_UNACKNOWLEDGED
@@ -228,7 +228,7 @@ class Writer:
             self._was_full = False
             self._wire.tell(self.listener.on_room)
 
-    # ---- readers that come and go
+    # ---- matching with readers
 
     def match(
         self,

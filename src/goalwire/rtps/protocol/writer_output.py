@@ -162,7 +162,7 @@ class WriterOutput:
         self.wire.send(packet, proxy.address)
 
     def gap_before(self, proxy: ReaderProxy, number: int) -> bytes:
-        """Return GAP for the samples between the last one sent to a reader and `number`."""
+        """Return GAP for the samples between the last sample sent to a reader and `number`."""
         first = max(proxy.last + 1, proxy.start)
         if not self.is_addressed or first >= number or not proxy.is_reliable:
             return b''
@@ -206,7 +206,7 @@ class WriterOutput:
         return gap + told.encode()
 
     def is_open(self, proxy: ReaderProxy) -> bool:
-        """Return True if a reader has samples to acknowledge, or has never answered."""
+        """Return True if a reader has still to acknowledge samples, or has never answered."""
         return not proxy.has_answered or proxy.acked < self.last_for(proxy)
 
     def has_all(self, proxy: ReaderProxy) -> bool:

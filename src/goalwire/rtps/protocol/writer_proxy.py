@@ -1,4 +1,4 @@
-"""A reader's record of one writer: received samples, and requests."""
+"""A reader's record of one writer: which samples have come, and which have been requested."""
 
 from __future__ import annotations
 

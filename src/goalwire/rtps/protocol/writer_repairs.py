@@ -70,7 +70,7 @@ class Repairs:
         self.set_timer(now)
 
     def set_timer(self, now: float) -> None:
-        """Set the timer for the readers that are due next."""
+        """Set the timer to the time at which the next readers must be asked."""
         output = self._output
         due = min((proxy.due for proxy in output.reliable), default=FOREVER)
         if self.timer is not None:
@@ -208,7 +208,7 @@ class Repairs:
         output.send_to(proxy, b''.join(parts))
 
     def _gap(self, proxy: ReaderProxy, numbers: list[int]) -> bytes:
-        """Return GAP for sorted numbers that are less than 256 apart."""
+        """Return GAP for the samples with these sorted numbers, which are less than 256 apart."""
         base = numbers[0] + 1
         while base - numbers[0] < len(numbers) and numbers[base - numbers[0]] == base:
             base += 1

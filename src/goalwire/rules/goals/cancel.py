@@ -43,7 +43,7 @@ class Candidate(Protocol):
 
     @property
     def stamp_ns(self) -> int:
-        """The time of its acceptance (ROS time)."""
+        """The time at which the goal was accepted (ROS time)."""
 
     @property
     def status(self) -> GoalStatus:
@@ -68,12 +68,12 @@ class Cancellation(Generic[RequestT]):
 
     @property
     def code(self) -> CancelCode:
-        """The code of the answer; valid once all goals are decided."""
+        """The code of the answer; valid once the user has decided about all goals."""
         return CancelCode.GOAL_TERMINATED if self.is_for_one and self.came_too_late else CancelCode.NONE
 
     @property
     def granted(self) -> tuple[tuple[GoalId, int], ...]:
-        """The goals that are being cancelled, with the stamps of their acceptance, in the order of asking."""
+        """The goals that are being cancelled, with their acceptance stamps, in the order of `goals`."""
         return tuple((id_, self.canceling[id_]) for id_ in self.goals if id_ in self.canceling)
 
 
@@ -86,7 +86,7 @@ class Cancellations(Generic[RequestT]):
         self._next = 0
 
     def add(self, cancellation: Cancellation[RequestT]) -> int:
-        """Add a request, and return its number."""
+        """Add a cancel request, and return its number."""
         number = self._next
         self._next += 1
         self.open[number] = cancellation

@@ -63,7 +63,10 @@ class FeedbackQueue(Protocol):
 
 
 class ClientGoal(Generic[WaiterT]):
-    """One goal of a client. Only the reactor changes it, except for the fields marked as the caller's."""
+    """A client's record of one goal.
+
+    Only the reactor changes it, except for the fields marked as the caller's.
+    """
 
     __slots__ = (
         'answered',
@@ -133,7 +136,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         """The number of goals that have reached each status."""
 
     def find(self, goal_id: GoalId) -> ClientGoal[WaiterT] | None:
-        """Return the record of a goal; None if there is none."""
+        """Return the record of a goal; None if the client has no record of it."""
         return self.active.get(goal_id) or self.ended.get(goal_id)
 
     def status(self, goal_id: GoalId) -> GoalStatus:
@@ -172,7 +175,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
     def on_send(
         self, goal_id: GoalId, feedback: FeedbackQueue | None = None, sent_at: int = 0
     ) -> ClientGoal[WaiterT]:
-        """Record a goal. To be called before its request is sent; raises GoalIdTaken."""
+        """Record a goal. Call this before the goal's request is sent. Raises GoalIdTaken."""
         if goal_id in self.active:
             raise GoalIdTaken(goal_id)
         goal: ClientGoal[WaiterT] = ClientGoal(goal_id, feedback, sent_at)
@@ -321,8 +324,8 @@ class GoalClient(Generic[WaiterT, ResultT]):
     # ---- helpers of the event methods ----
 
     def _advance(self, goal: ClientGoal[WaiterT], status: GoalStatus) -> list[ClientEffect[WaiterT, ResultT]]:
-        # Along every path of the table the numbers of the states grow, up to the first terminal state. So a
-        # status that comes late has a lower number than the present one.
+        # Along every path of the table of transitions the numbers of the states grow up to the terminal
+        # state. So a status that comes late has a lower number than the present status.
         if goal.status.is_terminal or status <= goal.status:
             return []
         goal.status = status

@@ -20,7 +20,7 @@ RequestT = TypeVar('RequestT')
 ResultT = TypeVar('ResultT')
 WaiterT = TypeVar('WaiterT')
 
-# ---- the server's ----
+# ---- effects of the server ----
 
 
 @record
@@ -153,7 +153,7 @@ ServerEffect: TypeAlias = (
 )
 ServerEffects: TypeAlias = list[ServerEffect[RequestT, ResultT]]
 
-# ---- the client's ----
+# ---- effects of the client ----
 
 
 @record

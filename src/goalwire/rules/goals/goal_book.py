@@ -110,7 +110,7 @@ class GoalBook(Generic[RequestT, ResultT]):
         result expires before an older one."""
 
     def status(self, goal_id: GoalId) -> GoalStatus:
-        """Return a goal's status; UNKNOWN if it is not retained."""
+        """Return a goal's status; UNKNOWN if the goal is not retained."""
         goal = self.goals.get(goal_id)
         return GoalStatus.UNKNOWN if goal is None else goal.status
 
@@ -190,7 +190,7 @@ class GoalBook(Generic[RequestT, ResultT]):
         goal.status, goal.handle, goal.execution = GoalStatus.UNKNOWN, None, None
 
     def statistics(self, cancellations: int) -> ServedGoals:
-        """Return the numbers of goals. The caller passes the number of open cancel requests."""
+        """Return the statistics of the goals. The caller passes the number of open cancel requests."""
         goals = self.goals.values()
         reached = self._reached
         return ServedGoals(

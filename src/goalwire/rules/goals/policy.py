@@ -88,7 +88,7 @@ def queue(n: int) -> GoalPolicy:
 
 
 class Places(Generic[GoalT]):
-    """The goals that run, and those that wait, under one policy."""
+    """The places of a policy: which goals run, and which wait for their turn."""
 
     def __init__(self, policy: GoalPolicy) -> None:
         self.policy = policy

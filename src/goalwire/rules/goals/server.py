@@ -99,7 +99,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return self._lost != 'keep'
 
     def statistics(self) -> ServedGoals:
-        """Return the numbers of goals and of open requests."""
+        """Return the statistics of the goals and of open requests."""
         return self._book.statistics(cancellations=len(self._cancellations.open))
 
     # ---- goals ----
@@ -197,7 +197,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_result(
         self, goal_id: GoalId, result: ResultT | None, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Handle the end of the execution and its result (None: the default): [ReplyResult…, WakeAt].
+        """Handle the end of a goal's execution and its result (None: the default): [ReplyResult…, WakeAt].
 
         If the user has set no terminal state, the goal is aborted: [AssumedAborted, PublishStatus,
         ReplyResult…, WakeAt].
@@ -322,7 +322,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         book.expire(now)
         return [WakeAt(book.expiring[0][0])] if book.expiring else []
 
-    # ---- the end ----
+    # ---- the end of the server ----
 
     def on_close(self) -> ServerEffects[RequestT, ResultT]:
         """Answer every open request and abort every active goal, since the server is being destroyed.
@@ -347,12 +347,12 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._book.expiring.clear()
         return effects
 
-    # ---- a goal ends ----
+    # ---- the end of a goal ----
 
     def _end(
         self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int
     ) -> ServerEffects[RequestT, ResultT]:
-        """Answer the waiting requests with the final status and result, and start waiting goals."""
+        """End a goal: answer the requests for its result, and start goals that wait for their turn."""
         effects = _tell_result(goal, result, self.journal)
         expiry = self._book.finish(goal, result, now)
         if expiry is not None:

@@ -48,7 +48,7 @@ class GoalStatus(IntEnum):
 
 
 class GoalEvent(IntEnum):
-    """The events in the life of a goal."""
+    """The events that change a goal's state."""
 
     EXECUTE = 0
     CANCEL_GOAL = 1
@@ -84,7 +84,7 @@ for _status in GoalStatus:
 
 
 def after(status: GoalStatus, event: GoalEvent) -> GoalStatus:
-    """Return the state that `event` leads to; raises InvalidTransition."""
+    """Return the state to which `event` leads from a state; raises InvalidTransition."""
     try:
         return TABLE[status][event]
     except KeyError:

@@ -98,7 +98,7 @@ def with_reason(payload: bytes, reason: str) -> bytes:
 
 
 def split_reason(payload: Payload) -> tuple[Payload, str]:
-    """Split a get_result reply into ROS 2's part and the reason why the goal was aborted ('' without one)."""
+    """Split a get_result reply into ROS 2's part and the reason for the abort ('' without a reason)."""
     if payload[-len(_REASON_MARK) :] != _REASON_MARK:
         return payload, ''
     end = len(payload) - _REASON_TAIL

@@ -33,13 +33,13 @@ class StepHistory:
 
     @property
     def intent(self) -> Entry | None:
-        """The newest intent. A step that was sent again has several."""
+        """The newest intent. A step that was sent again has several intents."""
         intents = [entry for entry in self.entries if entry.kind is EntryKind.INTENT]
         return intents[-1] if intents else None
 
     @property
     def ended(self) -> Entry | None:
-        """The end of the step; None while it is open."""
+        """The entry for the end of the step; None while the step is open."""
         return next((entry for entry in self.entries if entry.kind is EntryKind.ENDED), None)
 
     def since_intent(self, kind: EntryKind) -> Entry | None:

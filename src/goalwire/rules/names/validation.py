@@ -1,4 +1,4 @@
-"""Checks names by the rules of ROS 2. An error has ROS 2's own text and the index of the first fault.
+"""Checks names by the rules of ROS 2. An error has ROS 2's own text, and the index of the name's first fault.
 
 The rules are those of rmw (node names, namespaces, fully qualified names) and rcl (names as users write them,
 with `~` and `{substitutions}`). Indices count characters.
@@ -62,7 +62,7 @@ def validate_node_name(name: str) -> None:
 
 
 def validate_namespace(namespace: str) -> None:
-    """Raise InvalidName unless `namespace` is an absolute namespace."""
+    """Raise InvalidName unless `namespace` is a valid absolute namespace."""
     _raise_first('namespace', namespace, _namespace_faults)
 
 
@@ -82,7 +82,7 @@ def validate_enclave(enclave: str) -> None:
 
 
 def is_hidden_name(name: str) -> bool:
-    """Tell whether a token of the name starts with `_`. Tools show such names only on request."""
+    """Tell whether a token of a name starts with `_`. Tools show such names only on request."""
     return any(token.startswith('_') for token in name.split('/'))
 
 

@@ -54,7 +54,7 @@ def parse_parameter_file(data: bytes) -> NodeValues:
 
 
 def matches(pattern: str, full_node_name: str) -> bool:
-    """Tell whether a node's name in a file matches the node with this fully qualified name."""
+    """Tell whether a node name in a file, perhaps with wildcards, matches a node's fully qualified name."""
     absolute = _absolute(pattern)
     if '*' not in absolute:
         return absolute == full_node_name

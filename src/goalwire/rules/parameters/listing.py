@@ -1,4 +1,4 @@
-"""Finds the names for a request to list parameters (rcl_interfaces/srv/ListParameters)."""
+"""Finds the names that answer a request to list parameters (rcl_interfaces/srv/ListParameters)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parameters of one node, and the overrides that wait for their declaration."""
+"""The table of a node's parameters, and the overrides for parameters that are declared later."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from goalwire.rules.parameters.parameter import Parameter, ParameterValue, Type
 
 
 class Changes:
-    """The changes that a set has made, in the form of /parameter_events."""
+    """The parameters that one set has added, changed and deleted, as /parameter_events reports them."""
 
     __slots__ = ('changed', 'deleted', 'new')
 
@@ -59,7 +59,7 @@ class ParameterTable(Mapping[str, Parameter]):
         return self._values.copy().items()
 
     def descriptor(self, name: str) -> Descriptor | None:
-        """Return the descriptor of a declared parameter, or None."""
+        """Return the descriptor of a declared parameter; None for an undeclared parameter."""
         return self._descriptors.get(name)
 
     def is_uninitialized(self, parameter: Parameter) -> bool:

@@ -1,4 +1,4 @@
-"""launch.actions: the actions of launch files."""
+"""launch.actions: the actions that launch files consist of."""
 
 from goalwire.launching.actions import (
     DeclareLaunchArgument,

@@ -1,4 +1,4 @@
-"""launch.events: the events of a launch."""
+"""launch.events: the events of a launch, which event handlers react to."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.events import (

@@ -1,4 +1,4 @@
-"""launch.events.process: the events of processes."""
+"""launch.events.process: the events of a launch's processes, such as their start and end."""
 
 from goalwire.launching.events import (
     ProcessExited,

@@ -1,4 +1,4 @@
-"""launch.launch_description_sources: launch files of each kind."""
+"""launch.launch_description_sources: load launch files in Python, XML and YAML."""
 
 from goalwire.errors import InvalidFrontendLaunchFileError
 from goalwire.errors import InvalidLaunchFileError as InvalidPythonLaunchFileError

@@ -1,4 +1,4 @@
-"""launch_ros.actions: nodes, and settings for nodes."""
+"""launch_ros.actions: the actions that start nodes, and that make settings for nodes."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.ros.composition import (

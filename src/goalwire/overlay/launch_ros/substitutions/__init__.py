@@ -1,4 +1,4 @@
-"""launch_ros.substitutions: packages and their programs."""
+"""launch_ros.substitutions: substitutions that find packages and the programs of packages."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.ros.substitutions import (

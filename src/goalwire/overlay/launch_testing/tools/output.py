@@ -1,4 +1,4 @@
-"""launch_testing.tools.output: filters of output, and comparisons with expected output."""
+"""launch_testing.tools.output: filters output, and compares it with expected output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""launch_testing.tools.process: a process that a test starts while the launch runs."""
+"""launch_testing.tools.process: starts a process from a test while the launch runs."""
 
 from __future__ import annotations
 

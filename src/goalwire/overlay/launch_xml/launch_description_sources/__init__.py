@@ -1,4 +1,4 @@
-"""launch_xml.launch_description_sources: launch files in XML."""
+"""launch_xml.launch_description_sources: loads launch files in XML."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.sources import XMLLaunchDescriptionSource

@@ -1,4 +1,4 @@
-"""launch_yaml.launch_description_sources: launch files in YAML."""
+"""launch_yaml.launch_description_sources: loads launch files in YAML."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.sources import YAMLLaunchDescriptionSource

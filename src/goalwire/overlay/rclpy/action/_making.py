@@ -1,4 +1,4 @@
-"""The common steps of constructing action servers and action clients."""
+"""The steps that the construction of action servers and of action clients share."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         feedback_sub_qos_profile: QoSProfile = _FEEDBACK_QOS,
         status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
     ) -> None:
-        """Construct the client; raises ValueError for a bad name."""
+        """Construct the client; raises ValueError for a bad action name."""
         check_node(node, 'ActionClient')
         qos = action_qos(
             goal_service_qos_profile,

@@ -274,7 +274,8 @@ class AsyncNode(BaseNode):
     ) -> AsyncTimer:
         """Create a timer on the node's clock, with a period in seconds. A late timer skips missed calls.
 
-        Raises RCLError below 0 or once destroyed, TypeError or ValueError if it is not a number.
+        Raises RCLError for a period below 0 or on a destroyed node, TypeError or ValueError if the period is
+        not a number.
         """
         self._ros_check_alive()
         period_ns = timer_period_ns(timer_period_sec)

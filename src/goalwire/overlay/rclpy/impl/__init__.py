@@ -1,1 +1,1 @@
-"""rclpy.impl: the parts that rclpy's public modules re-export."""
+"""rclpy.impl: the implementation of what rclpy's public modules re-export."""

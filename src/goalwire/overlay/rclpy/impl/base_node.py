@@ -156,7 +156,7 @@ class BaseNode(NodeGraph, ClockedNode):
         return self.handle.name.namespace
 
     def get_fully_qualified_name(self) -> str:
-        """Return '/a/b/name'; raises InvalidHandle once destroyed."""
+        """Return the name with its namespace: '/a/b/name'; raises InvalidHandle once destroyed."""
         self._ros_check_alive()
         return self.handle.name.qualified
 
@@ -165,7 +165,7 @@ class BaseNode(NodeGraph, ClockedNode):
         return self._clock
 
     def get_logger(self) -> RcutilsLogger:
-        """Return the node's logger, 'a.b.name'."""
+        """Return the node's logger, which has a name such as 'a.b.name'."""
         return self._logger
 
     def _ros_prepare(self) -> None:
@@ -280,13 +280,13 @@ class BaseNode(NodeGraph, ClockedNode):
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return the publishers of a topic, with type and QoS; raises ValueError for a bad name."""
+        """Return the publishers of a topic, with type and QoS; raises ValueError for a bad topic name."""
         return self._ros_endpoint_infos(EndpointKind.PUBLISHER, topic_name, no_mangle)
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return the subscriptions of a topic, with type and QoS; raises ValueError for a bad name."""
+        """Return the subscriptions of a topic, with type and QoS; raises ValueError for a bad topic name."""
         return self._ros_endpoint_infos(EndpointKind.SUBSCRIPTION, topic_name, no_mangle)
 
     def _ros_endpoint_infos(self, kind: EndpointKind, topic: str, no_mangle: bool) -> list[TopicEndpointInfo]:

@@ -1,4 +1,4 @@
-"""The publishers and subscriptions of a Node."""
+"""The part of Node that makes publishers and subscriptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rclpy.lifecycle.node: a node that is configured, activated and shut down from outside."""
+"""rclpy.lifecycle.node: managed nodes, which other nodes configure, activate and shut down."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class LifecycleNode(LifecycleNodeMixin, Node):
         LifecycleNodeMixin.__init__(self, enable_communication_interface=enable_communication_interface)
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Destroy a publisher of this node, managed or not; False if the node does not have it."""
+        """Destroy a publisher of this node, managed or unmanaged; False if the node does not have it."""
         if isinstance(publisher, LifecyclePublisher):
             self._ros_lifecycle.remove(publisher)
         return Node.destroy_publisher(self, publisher)

@@ -1,4 +1,4 @@
-"""launch_ros.events.lifecycle: changes of state of managed nodes."""
+"""launch_ros.events.lifecycle: the events for state transitions of managed nodes."""
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.ros.lifecycle import (
