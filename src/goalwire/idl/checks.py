@@ -17,19 +17,19 @@ from goalwire.idl.model import FLOATS, FieldType, Shape, integer_range
 from goalwire.idl.runtime import DTYPES, TYPECODES, Message, to_array, to_fixed
 
 _FLOAT_LIMITS = {'float32': ('float', 3.402823466e38), 'float64': ('double', 1.7976931348623157e308)}
-_SHOWN = 20  # fields that a message lists
+_SHOWN = 20  # field names that an error text lists at most
 _PYTHON_TYPES: dict[str, type] = {'bool': bool, 'byte': bytes, 'string': str, 'wstring': str}
 
 
 def python_type(type_: FieldType, message: type | None) -> type:
-    """Return the Python type of one value of this field; `message` is the class of a nested message."""
+    """Return the Python type of a field's single value; `message` is the class of a nested message."""
     if message is not None:
         return message
     return _PYTHON_TYPES.get(type_.base) or (float if type_.base in FLOATS else int)
 
 
 def checked(name: str, type_: FieldType, message: type | None, value: object) -> object:
-    """Return the value as the field stores it; raises AssertionError if rosidl's setter would."""
+    """Return the value as the field stores it; raises AssertionError if rosidl's setter would raise it."""
     if type_.shape is Shape.SINGLE:
         _check_single(name, type_, python_type(type_, message), value)
         return value
@@ -42,9 +42,9 @@ def checked(name: str, type_: FieldType, message: type | None, value: object) ->
 
 
 def find_checks(message: Message, keywords: dict[str, object], usual: bool) -> object:
-    """Return the value of a constructor's keyword check_fields, `usual` if it was not given.
+    """Return the value of a constructor's keyword check_fields, or `usual` if that was not given.
 
-    Raises UnknownFieldError for further keywords, which name no field; its text begins as rosidl's.
+    Raises UnknownFieldError for other keywords, which are no fields' names; its text begins like rosidl's.
     """
     asked = keywords.pop('check_fields', usual)
     if keywords:

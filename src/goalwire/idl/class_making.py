@@ -1,4 +1,4 @@
-"""Makes classes: of a message from generated source, of a service or an action from its parts."""
+"""Makes classes: those of messages from generated source, those of services and actions from their parts."""
 
 from __future__ import annotations
 
@@ -38,15 +38,16 @@ _PICTURES = frozenset({'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage
 
 
 class InterfaceMeta(type):
-    """The metaclass of every interface class; rclpy asks for _TYPE_SUPPORT to tell them from others."""
+    """The metaclass of all interface classes; rclpy recognises interface classes by _TYPE_SUPPORT."""
 
     _TYPE_SUPPORT: str | None = None
-    _covered: dict[str, object]  # slots of fields whose values were set on the class
+    _covered: dict[str, object]  # original slots of fields that were set on the class
 
     def __setattr__(cls, name: str, value: object) -> None:
-        """Set a class attribute. A field's name sets the field of every message, as `ros2 param delete` does.
+        """Set a class attribute. A field's name sets the field of all messages; `ros2 param delete` needs it.
 
-        Messages are read by their slots, so the slot is covered too; setting the property again uncovers it.
+        Messages are read by their slots, so the value also covers the slot; setting the field's property
+        again uncovers the slot.
         """
         slot = f'_{name}'
         if slot in cls.__dict__.get('__slots__', ()):
@@ -56,7 +57,7 @@ class InterfaceMeta(type):
 
     @classmethod
     def __import_type_support__(cls) -> None:
-        """Do nothing: rosidl loads its C code here, which goalwire does not have."""
+        """Do nothing: rosidl's metaclass loads C code here, but goalwire has none."""
 
 
 class _Printer(Protocol):
@@ -66,7 +67,7 @@ class _Printer(Protocol):
 
 
 class _Made:
-    """A class attribute that is computed when it is first read: most programs never read it."""
+    """A class attribute that is computed when it is first read, since most programs never read it."""
 
     def __init__(self, make: Callable[[], object]) -> None:
         self._make = make
@@ -79,17 +80,17 @@ class _Made:
 
 
 class _Signature(_Made):
-    """The signature of a message class. The first reading gives it to the constructor, too."""
+    """The signature of a message class. When first read, it is also set on the class's constructor."""
 
     def __get__(self, instance: object, owner: type) -> object:
         made = super().__get__(instance, owner)
-        if isinstance(instance, type):  # help() reads it from the class before it lists the methods
+        if isinstance(instance, type):  # in time for help(), which lists methods after the class
             vars(instance)['__init__'].__signature__ = made
         return made
 
 
 class _Documentation(_Made):
-    """The docstring of a class and its instances. The metaclass has it, too, because pydoc reads it there."""
+    """The docstring of a class and its instances, stored in the metaclass, where pydoc also reads it."""
 
     def __get__(self, instance: object, owner: type) -> object:
         return self if instance is None else super().__get__(instance, owner)
@@ -140,7 +141,7 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
 def make_holder_class(
     defined: ServiceDefinition | ActionDefinition, kind: str, parts: Mapping[str, object]
 ) -> type:
-    """Return a new class for a service or an action, which only holds the classes of its parts."""
+    """Return a new class for a service or an action; it only has the classes of its parts as attributes."""
 
     def refuse(self: object) -> None:
         name, part = type(self).__name__, 'Request' if kind == 'Service' else 'Goal'
@@ -158,7 +159,7 @@ def make_holder_class(
 
 
 def module_of(defined: Definition) -> str:
-    """Return the name of the module that rosidl's class would come from."""
+    """Return the name of the module that would contain rosidl's class for this definition."""
     return f'{defined.package}.{defined.kind}.{module_name(defined.name.partition("_")[0])}'
 
 
@@ -167,7 +168,7 @@ def _metaclass(
     constants: Mapping[str, object] = MappingProxyType({}),
     defaults: Mapping[str, object] = MappingProxyType({}),
 ) -> type[InterfaceMeta]:
-    """Make Metaclass_Name: constants and defaults are read-only in the class, and seen in messages."""
+    """Make Metaclass_Name: constants and defaults are read-only in the class, and visible in messages."""
     attributes = {**constants, **defaults}
     name = f'Metaclass_{defined.name}'
     namespace: dict[str, object] = {
@@ -181,7 +182,7 @@ def _metaclass(
     if isinstance(defined, MessageDefinition):
         namespace['__signature__'] = _Signature(
             partial(_sign, defined)
-        )  # else help() would list this attribute of the class
+        )  # in the metaclass, so that help() does not list it
     for attribute, value in attributes.items():
         namespace[attribute] = property(partial(_constant, value))
     return type(name, (InterfaceMeta,), namespace)
@@ -199,7 +200,7 @@ def _compile(message: MessageDefinition, source: str, names: dict[str, object]) 
 
 
 def _finish(cls: type, message: MessageDefinition, nested: Mapping[str, type]) -> None:
-    """Add what is the same for every message class."""
+    """Add the attributes and methods that every message class has."""
     texts = {field.name: type_text(field.type) for field in message.fields}
 
     def get_fields_and_field_types(_cls: type) -> dict[str, str]:
@@ -222,7 +223,7 @@ def _finish(cls: type, message: MessageDefinition, nested: Mapping[str, type]) -
 
 
 def _describe(attribute: property, field: Field, nested: Mapping[str, type]) -> None:
-    """Give a field its comment, and tell IPython its type, for completion of nested fields."""
+    """Set a field's docstring from its comment, and its type, by which IPython completes nested fields."""
     if field.comment:
         attribute.__doc__ = f'Message field {field.name!r}: {field.comment}'
     if field.type.shape is Shape.SINGLE and attribute.fget is not None:
@@ -245,7 +246,7 @@ def _sign(message: MessageDefinition) -> object:
     return signature(message)
 
 
-# IPython calls these on an object that it shows.
+# IPython calls these functions to show a message.
 
 
 def _print_shortened(message: object, printer: _Printer, cycle: bool) -> None:  # noqa: ARG001 - IPython's

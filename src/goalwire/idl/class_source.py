@@ -1,6 +1,6 @@
 """The Python source of a message class: like rosidl's, but with a fast constructor.
 
-Names inside: `_self` and all imported names start with an underscore; names of fields never do.
+In the source, `_self` and all imported names start with an underscore, because names of fields never do.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ _ZEROS = {'bool': False, 'byte': b'\0', 'string': '', 'wstring': ''}
 
 @record
 class _Slot:
-    """A field in the source: its default in the signature, and expressions for the stored value."""
+    """A field in the generated source: its default in the signature, and expressions for its stored value."""
 
     name: str
     signature: str  # the default of the keyword argument
-    fresh: str  # an expression for a new default; '' if the signature's default is stored itself
-    convert: str  # an expression that converts the given value `{}`
+    fresh: str  # an expression that makes a default; '' if `signature` itself is stored
+    convert: str  # an expression that converts a given value, which replaces `{}`
     is_packed: bool = False  # the slot holds bytes until the field is first read
-    converts_first: bool = False  # rosidl's constructors make sequences of numbers before anything is checked
+    converts_first: bool = False  # conversion precedes checks: in rosidl, for sequences of numbers
 
     def stored(self) -> str:
         return self._given(self.convert.format(self.name))
@@ -39,9 +39,9 @@ class _Slot:
 def class_source(
     message: MessageDefinition, classes: dict[str, type], *, checks: bool
 ) -> tuple[str, dict[str, object]]:
-    """Return the source of a class and the names it needs; `classes` are the nested ones by full name.
+    """Return a message class's source and the names that it needs; `classes`: nested classes by full name.
 
-    With `checks` its messages check their fields, unless check_fields=False is given.
+    With `checks` the class's messages check their fields, unless check_fields=False is given.
     """
     names: dict[str, object] = {'_UNSET': UNSET}
     slots = [_slot(field, names) for field in message.fields]
@@ -113,7 +113,7 @@ def _slot(field: Field, names: dict[str, object]) -> _Slot:
 
 def _constructor(slots: list[_Slot], *, checks: bool) -> list[str]:
     keywords = ''.join(f'{slot.name}={slot.signature}, ' for slot in slots)
-    # Rare arguments, such as check_fields, are in _rest: so the usual call needs only one test.
+    # Rare arguments, such as check_fields, are in _rest, so that the usual call makes only one test.
     return [
         f'    def __init__(_self, {"*, " if slots else ""}{keywords}**_rest):',
         '        _self._check_fields = False',

@@ -1,7 +1,7 @@
 """Python classes for messages, services and actions, as rosidl generates them: built once, at the first use.
 
-Two threads may build the same class at the same time. The first to finish wins and both get its class, so no
-lock is needed while nested packages are imported.
+Two threads may build the same class at the same time. Then both get the class of the thread that finishes
+first, so no lock is held while nested packages are imported.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, 
 _classes: dict[str, type] = {}
 _extents: dict[type, extent.Extent] = {}
 _KEPT = '__definition__'
-"""The attribute that holds a class's definition; fields and constants cannot have this name."""
+"""The class attribute with a class's definition; no field or constant can have this name."""
 
 
 class _Part:
-    """A class attribute such as Request: the class is built when first read and then replaces this."""
+    """A class attribute such as Request: the class is built at the first read, and replaces this object."""
 
     def __init__(self, full_name: str) -> None:
         self._full_name = full_name
@@ -37,14 +37,14 @@ class _Part:
 
 
 def made_classes(name: str) -> list[type]:
-    """Return the classes made so far of messages with this name, in any package."""
+    """Return the message classes with this name, of any package, that have been made so far."""
     return [cls for cls in list(_classes.values()) if cls.__name__ == name]
 
 
 def message_class(full_name: str) -> type:
     """Return the class of 'pkg/msg/Name' or of a message derived from a service or action.
 
-    Raises UnknownInterfaceError, or InterfaceSyntaxError if this or a nested definition is malformed.
+    Raises UnknownInterfaceError, or InterfaceSyntaxError for a malformed definition, nested ones included.
     """
     message = registry.message_definition(full_name)
     return _classes.get(full_name) or _build_message(message)
@@ -67,7 +67,7 @@ def action_class(full_name: str) -> type:
 
 
 def find_class(full_name: str, _inside: tuple[str, ...] = ()) -> type:
-    """Return the class that `from pkg.msg import Name` gives: a real ROS 2 package's if there is one."""
+    """Return the class that `from pkg.msg import Name` gives: a real ROS 2's if that is importable."""
     found = _classes.get(full_name)
     if found is not None:
         return found
@@ -82,7 +82,7 @@ def find_class(full_name: str, _inside: tuple[str, ...] = ()) -> type:
 
 
 def _foreign_class(package: str, kind: str, name: str) -> type:
-    module = f'{package}.{kind}.{module_name(name.partition("_")[0])}'  # it also holds the derived types
+    module = f'{package}.{kind}.{module_name(name.partition("_")[0])}'  # it has the derived types, too
     try:
         found = getattr(import_module(module), name)
     except (ImportError, AttributeError):
@@ -94,11 +94,11 @@ def _foreign_class(package: str, kind: str, name: str) -> type:
 
 
 def foreign_module(package: str, kind: str) -> ModuleType | None:
-    """Return the module 'pkg.msg' of a real ROS 2 that is importable here, None if there is none."""
+    """Return the module 'pkg.msg' of a real ROS 2; None if no such module is importable here."""
     try:
         module = import_module(f'{package}.{kind}')
     except ImportError:
-        return None  # the import hook is not installed, or the package has no such kind
+        return None  # the import hook is not installed, or the package has no types of this kind
     return module if getattr(module, '__file__', None) else None
 
 
@@ -118,14 +118,14 @@ def _build_message(message: MessageDefinition, inside: tuple[str, ...] = ()) -> 
 
 
 def _nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict[str, type]:
-    """Return the classes of the messages in a message; `inside` names the enclosing ones."""
+    """Return the classes of a message's nested messages; `inside` has the names of its enclosing messages."""
     if message.full_name in inside:
         circle = ' -> '.join((*inside[inside.index(message.full_name) :], message.full_name))
         raise InterfaceSyntaxError(message.source, 0, 0, f'a message cannot contain itself: {circle}')
     found = {}
     for field in message.fields:
         if field.type.is_message and field.type.base not in found:
-            if len(inside) >= 2 * extent.MAX_DEPTH:  # a definition's own levels are counted when it is built
+            if len(inside) >= 2 * extent.MAX_DEPTH:  # exact levels are counted later
                 raise extent.too_deep(message, field)
             try:
                 found[field.type.base] = find_class(field.type.base, (*inside, message.full_name))

@@ -19,7 +19,7 @@ STATUS_MESSAGE = 'action_msgs/msg/GoalStatusArray'
 
 
 def service(request: MessageDefinition, response: MessageDefinition) -> ServiceDefinition:
-    """Join X_Request and X_Response to the service X, adding X_Event."""
+    """Make the service X from X_Request and X_Response, and add X_Event."""
     name = request.name.removesuffix('_Request')
     event = MessageDefinition(
         request.package,
@@ -38,7 +38,7 @@ def service(request: MessageDefinition, response: MessageDefinition) -> ServiceD
 def action(
     goal: MessageDefinition, result: MessageDefinition, feedback: MessageDefinition
 ) -> ActionDefinition:
-    """Join X_Goal, X_Result and X_Feedback to the action X, adding its services and feedback message."""
+    """Make the action X from X_Goal, X_Result and X_Feedback, and add its services and feedback message."""
     package, kind, source = goal.package, goal.kind, goal.source
     name = goal.name.removesuffix('_Goal')
 

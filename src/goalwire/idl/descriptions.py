@@ -1,4 +1,4 @@
-"""Turns a type description of another node into the text of a definition (REP 2016).
+"""Turns a type description from another node into the text of a definition (REP 2016).
 
 `~/get_type_description` of a node describes its types. A description has what the wire needs: names and
 types of fields, of the type and of all types in it. It has no comments, constants or units, and its defaults
@@ -19,11 +19,11 @@ _PRIMITIVES = {
     10: 'float32', 11: 'float64', 13: 'char', 15: 'bool', 16: 'byte', 17: 'string', 18: 'wstring',
     21: 'string', 22: 'wstring',
 }  # fmt: skip
-"""Numbers of type_description_interfaces/msg/FieldType; 21 and 22 have a bound."""
+"""Types by their number in type_description_interfaces/msg/FieldType; 21 and 22 are bounded strings."""
 _NESTED = 1
 _SHAPES = {0: Shape.SINGLE, 48: Shape.ARRAY, 96: Shape.BOUNDED, 144: Shape.UNBOUNDED}
 _PARTS = {'srv': ('Request', 'Response'), 'action': ('Goal', 'Result', 'Feedback')}
-"""The part that the file of a service or an action defines; the rest is derived from it."""
+"""The parts that the file of a service or an action defines; all its other types are derived from these."""
 
 
 class DescribedType(Protocol):
@@ -64,11 +64,11 @@ class Description(Protocol):
 
 
 def register_descriptions(name: str, descriptions: Iterable[Description]) -> list[str]:
-    """Make a type known, and all types in it that are not known here; return the full names of the new ones.
+    """Register a type and all types in it that are unknown here; return the full names of the new types.
 
-    `name` is 'pkg/kind/Name', or an event of a service, which has all its parts. `descriptions` hold it
-    and the types in it; for an action its parts suffice. The hash tells if the result is the type that was
-    asked for: compare `type_hash` afterwards. Raises InterfaceError if something is missing or unreadable.
+    `name` is 'pkg/kind/Name', or a service's event, which contains the service's parts. `descriptions` have
+    the type and the types in it; for an action its parts suffice. Compare `type_hash` afterwards: only the
+    hash shows if the result is the wanted type. Raises InterfaceError if a type is missing or unreadable.
     """
     all_types = {
         each.type_name: each
@@ -81,7 +81,7 @@ def register_descriptions(name: str, descriptions: Iterable[Description]) -> lis
     for each in sorted({whole, *all_types}):
         package, kind, base = registry.split_name(each)
         if '_' in base or _is_known(each):
-            continue  # a part is made with its service or action
+            continue  # a part is made together with its service or action
         text = _definition_text(all_types, each, kind)
         registry.register_definitions(package, {f'{kind}/{base}': text})
         added.append(each)

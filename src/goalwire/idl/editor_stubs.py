@@ -1,4 +1,4 @@
-"""Writes stubs of the user's own packages when jedi imports a package.
+"""Writes type stubs of the user's own packages when jedi imports a package.
 
 pylsp, vim, IPython and Jupyter use jedi. It runs no code of a package, and looks for stubs on the package's
 `__path__`. So `__path__` contains a folder in the user's cache. The import hook uses it: nothing heavy is
@@ -11,7 +11,7 @@ import sys
 from goalwire.files import cache_folder
 from goalwire.idl import workspace
 
-TYPE_CHECKING = False  # typing would cost 5 ms
+TYPE_CHECKING = False  # importing typing would take 5 ms
 if TYPE_CHECKING:
     from goalwire.idl.search_path import InterfacePackage
 
@@ -19,14 +19,14 @@ EDITORS_LIBRARY = 'jedi'
 
 
 def prepare(package: 'InterfacePackage') -> str:
-    """Return the folder for a package's stubs, or ''; write the stubs if this process runs jedi."""
+    """Return the folder for a package's stubs, '' without a cache; write stubs if this process runs jedi."""
     try:
         cache = cache_folder('stubs')
     except OSError:
         return ''
     place = os.path.splitdrive(package.folder)[1].strip(
         os.sep
-    )  # different packages of the same name need different folders
+    )  # packages of the same name in different places need different folders
     folder = os.path.join(cache, place, package.name)
     if EDITORS_LIBRARY in sys.modules and _is_stale(package, folder):
         _write(package, os.path.dirname(folder))
@@ -47,7 +47,7 @@ def _is_stale(package: 'InterfacePackage', folder: str) -> bool:
             try:
                 if os.stat(file).st_mtime > written:
                     return True
-            except OSError:  # the folder has gone, or the package lacks this kind
+            except OSError:  # the folder was removed, or the package has no such folder
                 continue
     return False
 
@@ -59,5 +59,5 @@ def _write(package: 'InterfacePackage', folder: str) -> None:
 
     try:
         stubs.write_stubs(Path(folder), [package.name], broken=[])
-    except OSError:  # the stubs cannot be written: the editor knows less, and the import goes on
+    except OSError:  # without stubs the editor completes less, but the import succeeds
         return

@@ -13,7 +13,7 @@ import sys
 
 from goalwire.files import LARGEST_DEFINITION, read_regular
 
-TYPE_CHECKING = False  # typing would cost 5 ms
+TYPE_CHECKING = False  # importing typing would take 5 ms
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -35,7 +35,7 @@ def registrations() -> dict[str, str]:
 
 
 def python_path() -> tuple[str, ...]:
-    """Return the entries of sys.path that Python itself uses: programs put other things there too."""
+    """Return the entries of sys.path that are texts: Python ignores other objects, which programs may add."""
     entries: list[object] = list(sys.path)
     return tuple(entry for entry in entries if isinstance(entry, str))
 
@@ -43,7 +43,7 @@ def python_path() -> tuple[str, ...]:
 def folder_of(value: str, *, regular: bool = False) -> str | None:
     """Return the folder of a Python package, found by Python's own finders without importing it.
 
-    The import hook's finder is not asked: it would call this function again.
+    goalwire's own finder is not asked: it would call this function again.
 
     With `regular`, only a package with __init__.py is found.
     """
@@ -59,22 +59,22 @@ def folder_of(value: str, *, regular: bool = False) -> str | None:
             if spec is None or not spec.submodule_search_locations or (regular and spec.loader is None):
                 return None
             path = list(spec.submodule_search_locations)
-        except Exception:  # finders of other packages may raise, and names may be invalid
+        except Exception:  # other packages' finders may raise any exception, and names may be invalid
             return None
     return os.path.abspath(path[0]) if path else None
 
 
 def discard() -> None:
-    """Forget the entry points: the next question reads them again."""
+    """Forget the entry points that were read; the next call reads them again."""
     _cache.clear()
 
 
 def _entry_points(folder: str) -> list[str]:
-    """Return the entry_points.txt of each distribution in a folder; unreadable files are skipped."""
+    """Return the text of each distribution's entry_points.txt in a folder; unreadable files are skipped."""
     try:
         with os.scandir(folder) as entries:
             names = [entry.name for entry in entries if entry.name.endswith(('.dist-info', '.egg-info'))]
-    except (OSError, ValueError):  # a zip file, or nothing at all
+    except (OSError, ValueError):  # not a folder: a zip file, or a missing path
         return []
     found = []
     for name in sorted(names):

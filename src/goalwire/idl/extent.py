@@ -1,4 +1,4 @@
-"""The size of a message: its depth, fields and values. A definition with too many is refused."""
+"""The size of a message: its depth, fields and values. A definition beyond the limits is refused."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from goalwire.idl.model import Field, MessageDefinition, Shape
 from goalwire.records import record
 
 MAX_DEPTH = 64
-"""How deep messages may be nested: each level is a call in constructors, encoders and decoders."""
+"""The most levels of nested messages: each level is a call in constructors, encoders and decoders."""
 MAX_FIELDS = 10_000
-"""How many fields, nested ones included, encoders write out one by one."""
+"""The most fields of a message, nested fields included, since encoders have code for each of them."""
 MAX_VALUES = 2**22
-"""How many values a new message may have; 1024 numbers of an array count as one."""
+"""The most values of a new message; 1024 numbers of an array count as one value."""
 _NUMBERS_PER_VALUE = 1024
 
 
 @record
 class Extent:
-    """The size of one message of a type: levels, fields and values, its own and nested ones."""
+    """The size of a message type: its levels, fields and values, those of nested messages included."""
 
     depth: int = 1
     fields: int = 1
@@ -32,8 +32,8 @@ ONE = Extent()
 def extent_of(message: MessageDefinition, nested: Mapping[str, Extent]) -> Extent:
     """Return the extent of a message; raises InterfaceSyntaxError at the field that exceeds a limit.
 
-    `nested` has the extents of nested messages, by full name. Types that ROS 2 derives, such as a
-    service's event, are not refused if the definition itself is allowed: no file has their fields.
+    `nested` has the extents of nested messages, by full name. Fields that are in no file, since ROS 2 derives
+    them (such as those of a service's event), are not checked.
     """
     depth, fields, values = 1, 1, 1
     for field in message.fields:
@@ -49,7 +49,7 @@ def extent_of(message: MessageDefinition, nested: Mapping[str, Extent]) -> Exten
 
 
 def too_deep(message: MessageDefinition, field: Field) -> InterfaceSyntaxError:
-    """Return the error for a field that begins one level too many."""
+    """Return the error for a field whose message is nested too deeply."""
     return _error(message, field, f'more than {MAX_DEPTH} levels of messages inside messages')
 
 

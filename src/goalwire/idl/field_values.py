@@ -1,4 +1,4 @@
-"""Plain data, as YAML, JSON and forms give it, on its way into the fields of a message.
+"""Fits plain data from YAML, JSON and forms to the fields of a message.
 
 ROS 2's own `set_message_fields` converts whatever it gets: the text 'false' becomes true, 3.7 becomes 3, and
 a text in place of a list becomes a list of its letters. If values become commands for a robot, that is an
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     import yaml
 
 NOW = 'now'
-"""Stands for a time that is read from the clock when the message is sent."""
+"""A value that stands for the time when the message is sent."""
 AUTO = 'auto'
-"""Stands for a header whose stamp is that time."""
+"""A value that stands for a header whose stamp is the time when the message is sent."""
 TIME = 'builtin_interfaces/msg/Time'
 HEADER = 'std_msgs/msg/Header'
 LARGEST_FLOAT32 = (2 - 2**-23) * 2.0**127
@@ -37,12 +37,12 @@ LARGEST_FLOAT32 = (2 - 2**-23) * 2.0**127
 Primitive: TypeAlias = bool | int | float | str | bytes
 _EXAMPLES = {'bool': 'true', 'string': "'a'", 'wstring': "'a'"}
 _SHOWN = 60
-"""Characters of a value that an error repeats."""
+"""The most characters of a value that an error's text shows."""
 
 
 @record
 class Written:
-    """A value that YAML made of a text without quotes; a string takes the text, all else takes the value."""
+    """A value that YAML made of an unquoted text; string fields take the text, all others the value."""
 
     text: str
     value: object
@@ -52,9 +52,9 @@ class Written:
 
 
 def read_yaml(text: str) -> Any:
-    """Return the data of a YAML or JSON text; numbers, booleans and the like are `Written`.
+    """Return the data of a YAML or JSON text; unquoted numbers, booleans and the like become `Written`.
 
-    Raises FieldValueError, whose path is empty.
+    Raises FieldValueError with an empty path.
     """
     import yaml
 
@@ -82,7 +82,7 @@ def _loader() -> type[yaml.SafeLoader]:
         def keep(loader: Loader, node: yaml.ScalarNode, construct: Any = construct) -> object:
             try:
                 value = construct(loader, node)
-            except ValueError:  # a date in month 13, or a number of thousands of digits
+            except ValueError:  # such as a date in month 13, or a number with thousands of digits
                 value = node.value
             return Written(node.value, value) if node.style is None else value
 
@@ -91,9 +91,9 @@ def _loader() -> type[yaml.SafeLoader]:
 
 
 def _with_plain_keys(data: Any, done: dict[int, Any]) -> Any:
-    """Return the data with the names of fields as texts: a field may be called `on`.
+    """Return the data with field names as texts: YAML makes a boolean of the field name `on`.
 
-    `done` holds the result for each part: YAML's aliases may name one part a billion times.
+    `done` holds the result for each part, since YAML's aliases may refer to a part a billion times.
     """
     if not isinstance(data, Mapping | list):
         return data
@@ -110,9 +110,9 @@ def _with_plain_keys(data: Any, done: dict[int, Any]) -> Any:
 
 
 def plain_values(data: Any, done: dict[int, Any] | None = None) -> Any:
-    """Return data with YAML's own values, for fields whose types are unknown.
+    """Return data with YAML's values in place of `Written`, for fields whose types are unknown.
 
-    `done` holds the result for each part, because YAML's aliases may name one part often.
+    `done` holds the result for each part, because YAML's aliases may refer to a part often.
     """
     done = {} if done is None else done
     if isinstance(data, Written):
@@ -134,7 +134,7 @@ def plain_values(data: Any, done: dict[int, Any] | None = None) -> Any:
 def fit_fields(
     definition: MessageDefinition, values: Mapping[str, Any], path: str = '', *, stamps: bool = False
 ) -> dict[str, Any]:
-    """Return the values of a message's fields as `set_message_fields` takes them without a conversion.
+    """Return values for a message's fields that `set_message_fields` takes without converting them.
 
     With `stamps` a time may be 'now' and a header 'auto'. Raises FieldValueError for the first value that
     does not fit.
@@ -151,7 +151,7 @@ def fit_fields(
 
 
 def fit_value(type_: FieldType, value: Any, path: str) -> Any:
-    """Return a value for one field, or for a parameter, of a type. Raises FieldValueError."""
+    """Return the value, fitted to the type of a field or a parameter. Raises FieldValueError."""
     return _fit(type_, value, path, stamps=False)
 
 
@@ -184,7 +184,7 @@ def _fit_list(type_: FieldType, value: Any, path: str, *, stamps: bool) -> Any:
 
 
 def check_length(type_: FieldType, length: int, path: str) -> None:
-    """Raise FieldValueError if an array or bounded sequence may not have that many items."""
+    """Raise FieldValueError if an array or bounded sequence may not have `length` items."""
     count = type_.capacity
     if type_.shape is Shape.ARRAY and length != count:
         raise FieldValueError(path, f'there must be {count} items, not {length}', type_.text)
@@ -204,7 +204,7 @@ def _example_list(type_: FieldType, value: Any) -> str:
 def fit_single(
     base: str, value: Any, path: str, string_capacity: int = 0
 ) -> bool | int | float | str | bytes:
-    """Return one value for a primitive type; `string_capacity` is 0 for a text of any length.
+    """Return the value, fitted to a primitive type; `string_capacity` is 0 for strings without a bound.
 
     Raises FieldValueError.
     """
@@ -271,7 +271,7 @@ def _fit_integer(type_: FieldType, value: Any, path: str) -> int | bytes:
 
 
 def _number(value: Any) -> int | float | None:
-    """Return a number, also from a text such as 1e-3, which YAML does not read as one; else None."""
+    """Return a number, also for a text such as 1e-3, which YAML leaves a text; None for other values."""
     text = value.text if isinstance(value, Written) else value
     plain = value.value if isinstance(value, Written) else value
     number: object = _number_in(value) if isinstance(value, str) else plain
@@ -300,7 +300,7 @@ def _text_of(value: str | Written) -> str:
 
 
 def _show(value: Any) -> str:
-    """Return a value as YAML writes it, cut short."""
+    """Return a value as text in YAML's notation, cut to a limited length for error texts."""
     if isinstance(value, Written):
         text = value.text or 'nothing'
     elif value is None or isinstance(value, bool):
@@ -315,7 +315,7 @@ def _show(value: Any) -> str:
 
 
 def _pieces(value: Any) -> Iterator[str]:
-    """Yield the parts of a value's text one by one: with aliases the whole may be endless."""
+    """Yield the parts of a value's text one by one: because of YAML's aliases the whole may be endless."""
     if isinstance(value, Mapping):
         for number, (name, item) in enumerate(value.items()):
             yield f'{", " if number else "{"}{name!r}: '

@@ -1,14 +1,14 @@
-"""Code that is generated at run time: run, with its lines shown in tracebacks.
+"""Runs code that is generated at run time, such that tracebacks show its lines.
 
-For a traceback `linecache` asks a module's loader for the source. So `linecache`, which imports
-`tokenize`, is not imported unless a traceback is printed.
+For a traceback, `linecache` asks a module's loader for the source. So `linecache`, which imports `tokenize`,
+need not be imported before a traceback is printed.
 """
 
 from __future__ import annotations
 
 
 class _SourceLoader:
-    """Has the source of one piece of generated code, as a module's loader does (PEP 302)."""
+    """Returns the source of one piece of generated code, as a module's loader does (PEP 302)."""
 
     def __init__(self, source: str) -> None:
         self._source = source
@@ -19,8 +19,8 @@ class _SourceLoader:
 
 
 def run_source(source: str, names: dict[str, object], title: str) -> None:
-    """Run the source in `names`; `title` is what tracebacks show in place of a file."""
-    # linecache does not ask for the lines of a file whose name ends with '>'.
+    """Run the source with the global names `names`; tracebacks show `title` in place of a file's name."""
+    # The name ends with .py: linecache does not ask for the lines of a file whose name ends with '>'.
     filename = f'<goalwire {title}>.py'
     names.setdefault('__name__', 'goalwire_generated')
     names['__loader__'] = _SourceLoader(source)

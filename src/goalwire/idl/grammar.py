@@ -33,14 +33,14 @@ _SPLIT = Pattern(r'([a-z0-9])([A-Z])')
 _FIELD_NAME = Pattern(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _CONSTANT_NAME = Pattern(r'[A-Z](?:_?[A-Z0-9])*')
 _LINE = Pattern(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
-_QUOTED = Pattern(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: no line takes quadratic time
+_QUOTED = Pattern(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive, so linear time
 _ARRAY = Pattern(r'(.*)\[([^\[\]]*)\]')
-# Names that the generated class itself uses; the third is the name of a slot.
+# Field names that the generated class itself uses; with an underscore, the third is a class attribute.
 _TAKEN = frozenset({'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'})
 _TAKEN_CONSTANTS = frozenset({'SLOT_TYPES'})
 _SEPARATOR = '---'
 _MAX_CAPACITY = 2**32 - 1  # a length on the wire is an uint32
-_LONGEST_PROBLEM = 300  # characters of an error's text: lines are of any length
+_LONGEST_PROBLEM = 300  # characters of an error's text, since it may quote a line of any length
 _HINTS = {
     'Header': 'std_msgs/Header',
     'time': 'builtin_interfaces/Time',
@@ -55,7 +55,7 @@ _HINTS = {
 
 @record
 class _Source:
-    """The position of a piece of text, for error messages."""
+    """The file and line of a text, for error messages."""
 
     name: str
     line: int = 1
@@ -136,7 +136,7 @@ class _Message:
         self._constants: list[Constant] = []
         self._comments: list[list[str]] = []  # the comments of fields and constants, in file order
         self._order: list[tuple[bool, int]] = []  # (is a constant, its index), in file order
-        self._pending: list[str] = []  # comment lines not yet given to anything
+        self._pending: list[str] = []  # comment lines that may belong to the next field or constant
         self._heading: list[str] = []
         self._seen: dict[str, int] = {}
 
@@ -175,7 +175,7 @@ class _Message:
                 self._heading += [*self._pending, '']
             self._pending = []
         elif raw[0].isspace() and self._order and not self._pending:
-            self._comments[-1].append(comment)  # an indented comment continues the one above it
+            self._comments[-1].append(comment)  # an indented comment continues the comment above it
         else:
             self._pending.append(comment)
 
@@ -280,7 +280,7 @@ def _capacity(text: str, type_text: str, where: _Source, column: int) -> int:
 
 
 def _hint(base: str) -> str:
-    """Return advice on what to write instead of an unknown type."""
+    """Return advice which type to write instead of an unknown one."""
     if base in _HINTS:
         return f' (write {_HINTS[base]})'
     from difflib import get_close_matches
@@ -290,7 +290,7 @@ def _hint(base: str) -> str:
 
 
 def _resolve(base: str, text: str, package: str, where: _Source, column: int) -> str:
-    """Return the primitive's name, or the full name of a message: relative names belong to this package."""
+    """Return the name of a primitive, or a message's full name; a name without a package is in `package`."""
     if base in PRIMITIVES:
         return base
     *path, name = base.split('/')

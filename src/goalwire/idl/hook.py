@@ -1,26 +1,26 @@
 """The import hook: serves interface packages from their definition files, and orders the overlay.
 
-The first import that is not of Python's own library loads this (overlay/_goalwire_start.py), so it
-imports nothing but what Python has loaded by then. The finder stands just before Python's path finder, asks
-that one (and those behind it) first, and then decides:
+The first import that is not of Python's own library loads this module (overlay/_goalwire_start.py), so the
+module imports only what Python has loaded by then. The finder stands just before Python's path finder, asks
+the path finder and all finders behind it first, and then decides:
 
 - A regular package or module always wins. A folder without __init__.py, which Python would take for a
-  namespace package, does not: ./humanoid_interfaces/ may be a source folder.
-- What lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands in
-  sys.path; with GOALWIRE_FIRST=1, which `python -m goalwire.run` sets, it comes first.
-- A Python package and an interface package may share a name: then only msg, srv and action come from here.
-- Beside a real rclpy the hook serves nothing: that ROS 2 has its own packages.
+  namespace package, does not win: ./humanoid_interfaces/ may be a source folder.
+- Modules in goalwire/overlay/ (rclpy and its companions) come last, wherever the overlay stands in sys.path;
+  with GOALWIRE_FIRST=1, which `python -m goalwire.run` sets, they come first.
+- A Python package and an interface package may share a name: then the hook serves only msg, srv and action.
+- Beside a real rclpy the hook serves nothing, because that ROS 2 has its own interface packages.
 
-Every Python program loads this, pip too, and the folders that it searches may hold anything. So a failure
-while packages are looked for becomes a warning, and the name counts as not found.
+Every Python program loads this module, even pip, and the searched folders may contain anything. So a failure
+while packages are searched becomes a warning, and the name counts as not found.
 """
 
 import _imp
 import os
 import sys
-from _frozen_importlib_external import FileFinder, PathFinder  # importlib.machinery would cost 0.3 ms
+from _frozen_importlib_external import FileFinder, PathFinder  # importlib.machinery would take 0.3 ms
 
-TYPE_CHECKING = False  # typing would cost 5 ms
+TYPE_CHECKING = False  # importing typing would take 5 ms
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from importlib.machinery import ModuleSpec
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 
 OVERLAY = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'overlay')
 OVERLAY_FIRST = 'GOALWIRE_FIRST'
-# Python itself tries to import these and is used to missing them.
+# Python itself tries to import these names, and expects that they may be missing.
 NEVER_PACKAGES = sys.stdlib_module_names | {
     'sitecustomize',
     'usercustomize',
-    'apport_python_hook',  # imported at each start of Debian's and Ubuntu's Python
+    'apport_python_hook',  # Debian's and Ubuntu's Python imports it at each start
     'org',
     'java',
 }
 KINDS = ('msg', 'srv', 'action')
-# The files whose frames lie between an import statement and this module.
+# The source files of the stack frames between an import statement and this module's finder.
 _IMPORTERS = frozenset(
     {
         __file__,
@@ -57,7 +57,7 @@ class InterfaceFinder:
     finds_interfaces = True  # by this attribute `entry_points.py` recognises the hook among the finders
 
     def __init__(self) -> None:
-        self._served: set[str] = set()  # packages, and of Python's own packages 'name.msg' and the like
+        self._served: set[str] = set()  # interface packages, and 'name.msg' and so on in Python packages
 
     def find_spec(
         self, fullname: str, path: 'Sequence[str] | None' = None, target: 'ModuleType | None' = None
@@ -65,7 +65,8 @@ class InterfaceFinder:
         """Find a module as importlib asks for it.
 
         Raises ImportError for a type that a served package lacks, and ModuleNotFoundError, with the places
-        that were searched, for an import statement that names a missing package like foo_msgs. Nothing else.
+        that were searched, for an import statement that names a missing package like foo_msgs. Raises nothing
+        else.
         """
         if path is not None:
             package, _, rest = fullname.partition('.')
@@ -82,12 +83,12 @@ class InterfaceFinder:
         return _search_carefully(lambda name: self._package_spec(name, found), fullname) or found
 
     def invalidate_caches(self) -> None:
-        """Part of importlib.invalidate_caches(): search for packages afresh."""
+        """Search for packages afresh from now on; importlib.invalidate_caches() calls this method."""
         if search_path := sys.modules.get('goalwire.idl.search_path'):
             search_path.discard()
 
     def _module_spec(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
-        """Find a regular module or package (the overlay's if there is no other), else a namespace folder."""
+        """Find a regular module or package (the overlay's if no other exists), else a namespace folder."""
         if os.environ.get(OVERLAY_FIRST) == '1' and (spec := _regular(fullname, [OVERLAY])):
             return spec
         found = self._ask_behind(fullname, target)
@@ -98,7 +99,7 @@ class InterfaceFinder:
     def _ask_behind(
         self, fullname: str, target: 'ModuleType | None', path: 'Sequence[str] | None' = None
     ) -> 'ModuleSpec | None':
-        """Ask the finders behind this one, for a module or else for a namespace folder."""
+        """Ask the finders behind this finder, for a module or else for a namespace folder."""
         namespace = None
         for finder in _behind(self):
             spec = finder.find_spec(fullname, path, target)
@@ -128,7 +129,7 @@ class InterfaceFinder:
         return None
 
     def _kind_spec(self, fullname: str, path: 'Sequence[str]') -> 'ModuleSpec | None':
-        """Return the spec of name.msg, .srv or .action of a Python package `name`, which lies in `path`."""
+        """Return the spec of name.msg, name.srv or name.action for a Python package `name` at `path`."""
         package = fullname.partition('.')[0]
         if package in NEVER_PACKAGES or package[0] == '_':
             return None
@@ -153,7 +154,7 @@ class InterfaceFinder:
 
         spec = modules.inner_spec(fullname, path)
         if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
-            # In a from-import importlib swallows a ModuleNotFoundError with its text.
+            # A from-import suppresses a ModuleNotFoundError, and so its text, but not an ImportError.
             of_a_type = fullname.count('.') > 1 or fullname.rpartition('.')[2][0].isupper()
             raise (ImportError if of_a_type else ModuleNotFoundError)(text, name=fullname)
         return spec
@@ -166,7 +167,7 @@ class InterfaceFinder:
 
 
 class OverlayFinder(FileFinder):
-    """Finds the overlay's modules, and no namespace packages: its folders without __init__.py hold stubs."""
+    """Finds the overlay's modules, but no namespace packages: folders without __init__.py only hold stubs."""
 
     def find_spec(self, fullname: str, target: 'ModuleType | None' = None) -> 'ModuleSpec | None':
         spec = super().find_spec(fullname, target)
@@ -174,16 +175,16 @@ class OverlayFinder(FileFinder):
 
 
 def install() -> None:
-    """Put the finder before the path finder, once; called by overlay/_goalwire_start.py.
+    """Put goalwire's finder before Python's path finder, once; overlay/_goalwire_start.py calls this.
 
-    Raises ImportError inside a zip file, whose definitions cannot be read.
+    Raises ImportError if goalwire lies in a zip file, where definitions cannot be read.
     """
     if not (os.path.isdir(os.path.dirname(OVERLAY)) or getattr(sys, 'frozen', False)):
         raise ImportError(
             f'goalwire lies in the zip file {_zip_file()}, where its definitions and modules cannot be '
             'read: take shiv or pex, which unpack themselves'
         )
-    _imp.acquire_lock()  # two threads may arrive here with their first imports
+    _imp.acquire_lock()  # two threads may get here at once by their first imports
     try:
         if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
             return
@@ -204,13 +205,13 @@ def _zip_file() -> str:
 
 
 def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
-    """Call a search. An error other than ImportError becomes a warning, and the result is None."""
+    """Return the result of a search. An error other than ImportError becomes a warning; then return None."""
     try:
         return search(name)
     except ImportError:
         _hide_own_frames()
         raise
-    except Warning as warning:  # warnings are errors in this program; an import may only raise ImportError
+    except Warning as warning:  # warnings are errors in this program; an import may raise ImportError alone
         if _asked_by_import_statement():
             raise ImportError(str(warning), name=name) from None
     except Exception as error:
@@ -225,7 +226,7 @@ def _search_carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -
 
 
 def _tell_hidden(name: str, file: str) -> None:
-    """Warn that a program's own file has the name of a package and hides it from imports."""
+    """Warn that a program's own file has the name of a package, and so hides the package from imports."""
     shipped = os.path.join(os.path.dirname(OVERLAY), 'idl', 'share', name)
     if name == 'rclpy' or os.path.isdir(shipped):
         sys.stderr.write(f"goalwire: {file} hides the package '{name}': give this file another name\n")
@@ -242,7 +243,7 @@ def _overlay_finder() -> 'FileFinder | None':
     for make in sys.path_hooks:
         try:
             finder = make(OVERLAY)
-        except ImportError:  # the finder does not take this kind of path
+        except ImportError:  # this path hook does not handle folders
             continue
         if isinstance(finder, FileFinder):
             # The finder knows the suffixes of modules, which have no public name
@@ -252,7 +253,7 @@ def _overlay_finder() -> 'FileFinder | None':
 
 
 def _stubs_of(found: 'InterfacePackage') -> str:
-    """Return the folder of a package's type stubs: beside the overlay, or the one written for editors."""
+    """Return the folder of a package's type stubs: in the overlay, or for other packages in the cache."""
     from goalwire.idl import search_path
 
     if found.origin == search_path.SHIPPED_ORIGIN:
@@ -265,8 +266,8 @@ def _stubs_of(found: 'InterfacePackage') -> str:
 def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
     """Find the Python package in a source folder beside the interfaces: my_robot/my_robot/__init__.py.
 
-    Only if Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: other code below the
-    working directory may come from a stranger, and is not run.
+    Return it only if Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: other code below
+    the working directory may come from a stranger, and is not run.
     """
     from goalwire.idl.search_path import INTERFACE_PATH
 
@@ -277,7 +278,7 @@ def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') ->
 
 
 def _refuse_unnamed(fullname: str, path: 'Sequence[str]') -> None:
-    """Raise if name.msg is a folder of definitions, not of modules, and only package.xml is missing."""
+    """Raise ModuleNotFoundError if name.msg is a folder of definitions whose package.xml is missing."""
     from goalwire.idl import workspace
 
     package, _, kind = fullname.partition('.')
@@ -289,14 +290,14 @@ def _refuse_unnamed(fullname: str, path: 'Sequence[str]') -> None:
 
 
 def _is_registered(package: str) -> bool:
-    """Return True if register_definitions has given this package types."""
-    # Another thread may be in the middle of importing it: then nothing is registered yet.
+    """Return True if register_definitions() has registered types for this package."""
+    # If another thread is still importing the registry, nothing is registered yet.
     types = getattr(sys.modules.get('goalwire.idl.registry'), 'registered_types', None)
     return types is not None and bool(types(package))
 
 
 def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
-    """Return the finders after this one; all have PathFinder's find_spec."""
+    """Yield the finders after the given one that have a find_spec, as PathFinder has."""
     finders = sys.meta_path
     for other in finders[finders.index(finder) + 1 :]:
         if hasattr(other, 'find_spec'):
@@ -306,7 +307,7 @@ def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
 def _is_ours(rclpy: 'ModuleSpec') -> bool:
     """Return True if an rclpy is goalwire's: it lies in an overlay, or PyInstaller packed it with goalwire.
 
-    That may be the overlay of another goalwire, whose folder stands first in sys.path.
+    The overlay may be that of another installed goalwire, whose folder comes first in sys.path.
     """
     if rclpy.origin is not None and (rclpy.origin.startswith(OVERLAY) or _is_in_an_overlay(rclpy.origin)):
         return True
@@ -315,7 +316,7 @@ def _is_ours(rclpy: 'ModuleSpec') -> bool:
 
 
 def _is_in_an_overlay(origin: str) -> bool:
-    """Return True if a file is the module rclpy in the overlay of any goalwire."""
+    """Return True if a file is the module rclpy in an overlay, be it of this goalwire or of another one."""
     overlay = os.path.dirname(os.path.dirname(origin))
     goalwire = os.path.dirname(overlay)
     return (
@@ -330,7 +331,7 @@ def _is_regular(spec: 'ModuleSpec | None') -> bool:
 
 
 def _not_ours(fullname: str, found: 'ModuleSpec') -> 'ModuleSpec | None':
-    """Find a module of the overlay's name elsewhere in sys.path; it takes precedence."""
+    """Find another module of the same name outside the overlay in sys.path; that takes precedence."""
     if found.origin is None or not found.origin.startswith(OVERLAY):
         return None
     return _regular(fullname, [entry for entry in sys.path if entry != OVERLAY])
@@ -344,13 +345,14 @@ def _regular(fullname: str, path: list[str]) -> 'ModuleSpec | None':
 def _wants_interfaces(name: str) -> bool:
     """Return True if a package is worth a walk through folders: libraries try many imports that may fail.
 
-    True if its name says so, if msg, srv or action is asked of it, or if no import statement asks.
+    It is if its name ends like interface packages' names, if its msg, srv or action is imported, or if no
+    import statement asks.
     """
     if name.endswith(TELLING_ENDINGS) or not _asked_by_import_statement():
         return True
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and frame.f_code.co_filename in _IMPORTERS:
-        if frame.f_code.co_name == '_find_and_load_unlocked':  # importing `name`, then `name.msg` around it
+        if frame.f_code.co_name == '_find_and_load_unlocked':  # of `name`, then of `name.msg`
             _, _, rest = frame.f_locals['name'].partition('.')
             if rest.partition('.')[0] in KINDS:
                 return True
@@ -359,9 +361,9 @@ def _wants_interfaces(name: str) -> bool:
 
 
 def _asked_by_import_statement() -> bool:
-    """Return True if an import statement asks, not importlib.util.find_spec, which expects None."""
-    frame = sys._getframe(1)  # inspect would cost 10 ms
+    """Return True if an import statement asks; importlib.util.find_spec expects None, not an error."""
+    frame = sys._getframe(1)  # importing inspect would take 10 ms
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
-        frame = frame.f_back  # skip the frames of this file, then those of _find_spec
+        frame = frame.f_back  # skip this file's frames; then comes that of _find_spec
     caller = frame.f_back
     return caller is not None and caller.f_code.co_name == '_find_and_load_unlocked'

@@ -1,4 +1,4 @@
-"""Parses literal values in a definition: the text of a default or a constant becomes a Python value.
+"""Parses literals in a definition: turns the text of a default or a constant into a Python value.
 
 Each function raises ValueError with a sentence that says what is wrong; the grammar adds file and line.
 """
@@ -12,8 +12,8 @@ from goalwire.idl.model import Default, FieldType, Scalar, Shape, integer_range
 from goalwire.patterns import Pattern
 
 _BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
-_FLOAT32_MAX = 3.4028235677973366e38  # the first magnitude that rounds to infinity
-_LONGEST_NUMBER = 200  # characters; 64 bits in binary have 67
+_FLOAT32_MAX = 3.4028235677973366e38  # the least magnitude that rounds to infinity as a float32
+_LONGEST_NUMBER = 200  # characters; 64 bits in binary notation need only 67
 _ESCAPE = Pattern(r'\\(?:([0-7]{1,3})|x([0-9a-fA-F]{1,2})|u([0-9a-fA-F]{1,4})|(.))')
 _LETTER_ESCAPES = {'n': '\n', 't': '\t', 'v': '\v', 'b': '\b', 'r': '\r', 'f': '\f', 'a': '\a'}
 
@@ -48,13 +48,13 @@ def parse_scalar(text: str, base: str, string_capacity: int = 0) -> Scalar:
 
 
 def _parse_integer(text: str, base: str) -> int | bytes:
-    if len(text) > _LONGEST_NUMBER:  # Python itself would refuse thousands of digits with another error
+    if len(text) > _LONGEST_NUMBER:  # Python would refuse thousands of digits with another error text
         raise ValueError(f'a number of {len(text)} characters is outside the range of {base}')
     try:
         value = int(text, 0)
     except ValueError:
         try:
-            value = int(text, 10)  # leading zeros, which Python's own literals forbid
+            value = int(text, 10)  # base 10 allows leading zeros, base 0 does not
         except ValueError:
             raise ValueError(f'{text!r} is not an integer ({base})') from None
     low, high = integer_range('uint8' if base == 'byte' else base)
@@ -100,7 +100,7 @@ def _unescape(match: re.Match[str]) -> str:
 
 
 def closing_quote(text: str, start: int = 0) -> int:
-    """Return the index of the quote that closes the one at text[start], or -1."""
+    """Return the index of the quote that closes the quote at text[start]; -1 if none does."""
     at = start + 1
     while at < len(text):
         if text[at] == '\\':
@@ -112,7 +112,7 @@ def closing_quote(text: str, start: int = 0) -> int:
 
 
 def _split(text: str) -> list[str]:
-    """Split at commas outside quotes."""
+    """Split a text at its commas, except those within quotes."""
     items: list[str] = []
     at, end = 0, len(text)
     while (at := _next_word(text, at)) < end:

@@ -17,8 +17,8 @@ FLOATS = frozenset({'float32', 'float64'})
 STRINGS = frozenset({'string', 'wstring'})
 PRIMITIVES = frozenset({'bool', 'byte', 'char'}) | INTEGER_BITS.keys() | FLOATS | STRINGS
 
-# rosidl gives a message without fields this byte, because C has no empty struct: it is in the type hash
-# and on the wire, never in the Python class.
+# rosidl gives a message without fields this one-byte field, because C has no empty struct. The field is in
+# the type hash and on the wire, never in the Python class.
 EMPTY_MEMBER = 'structure_needs_at_least_one_member'
 
 _WORD = Pattern('(.)([A-Z][a-z]+)')
@@ -64,7 +64,7 @@ class FieldType:
 
     @property
     def text(self) -> str:
-        """The type in the notation of definitions: string<=5[3], geometry_msgs/Point[]."""
+        """The type as definition files write it: string<=5[3], geometry_msgs/Point[]."""
         base = self.base.replace('/msg/', '/') + (f'<={self.string_capacity}' if self.string_capacity else '')
         ends = {Shape.SINGLE: '', Shape.UNBOUNDED: '[]', Shape.ARRAY: f'[{self.capacity}]'}
         return base + ends.get(self.shape, f'[<={self.capacity}]')
@@ -78,7 +78,7 @@ def integer_range(base: str) -> tuple[int, int]:
 
 @record
 class Field:
-    """A field; `line` counts from 1 in the definition file, 0 if no file says it."""
+    """A field of a message; `line` is its line in the definition file, from 1, or 0 if it is in no file."""
 
     name: str
     type: FieldType
@@ -88,7 +88,7 @@ class Field:
 
     @property
     def unit(self) -> str:
-        """The unit in square brackets in the comment, such as rad/s; '' without one."""
+        """The unit that the comment has in square brackets, such as rad/s; '' if it has none."""
         found = _UNIT.search(self.comment)
         return found[1] if found else ''
 
@@ -105,7 +105,7 @@ class Constant:
 
 @record
 class MessageDefinition:
-    """A message; `kind` is the folder it lives in: msg, srv or action."""
+    """A message definition; `kind` is the folder of its file: msg, srv or action."""
 
     package: str
     kind: str
@@ -124,7 +124,7 @@ class MessageDefinition:
 
 @record
 class ServiceDefinition:
-    """A service with the three messages made for it."""
+    """A service definition with its three messages: request, response and event."""
 
     package: str
     kind: str
@@ -144,7 +144,7 @@ class ServiceDefinition:
 
 @record
 class ActionDefinition:
-    """An action with the messages and services made for it."""
+    """An action definition with its messages and services, those that ROS 2 derives included."""
 
     package: str
     kind: str

@@ -20,7 +20,7 @@ from goalwire.idl.model import ActionDefinition, MessageDefinition, ServiceDefin
 from goalwire.idl.search_path import InterfacePackage
 from goalwire.tracebacks import hide_own_frames
 
-TYPE_CHECKING = False  # typing would cost 5 ms, importlib.abc 14 ms
+TYPE_CHECKING = False  # importing typing would take 5 ms, importlib.abc 14 ms
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from importlib.abc import Loader
@@ -30,13 +30,13 @@ else:
 
 
 REGISTERED = 'register_definitions'
-_SHOWN = 30  # types that a message lists
+_SHOWN = 30  # types that an error text lists at most
 
 
 class InterfaceLoader(Loader):
-    """Makes the modules; they fill themselves as their names are asked for.
+    """Makes the modules of an interface package; a module makes a class when the class's name is first read.
 
-    They have the plain type of modules: jedi does not accept a subclass as a module.
+    The modules are of the plain module type: jedi does not accept a subclass.
     """
 
     def __init__(self, folder: str | None, stubs: str | None) -> None:
@@ -44,7 +44,7 @@ class InterfaceLoader(Loader):
         self._stubs = stubs
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Leave it to Python."""
+        """Return None: Python then creates an ordinary module."""
 
     def exec_module(self, module: ModuleType) -> None:
         """Run nothing: a package is empty, other modules find names on demand (PEP 562)."""
@@ -55,11 +55,11 @@ class InterfaceLoader(Loader):
             module.__dict__['__dir__'] = partial(names, module)
 
     def is_package(self, _fullname: str) -> bool:
-        """True for a package and its kinds."""
+        """Return True for an interface package and its msg, srv and action, not for modules of one type."""
         return self._stubs is not None
 
     def get_filename(self, fullname: str) -> str:
-        """Return the file that a stub stands in for; jedi looks beside it. Raises ImportError if none."""
+        """Return the file that a package would have, beside its stubs. Raises ImportError without stubs."""
         if not self._stubs:
             raise ImportError('it is made of definitions, and has no file', name=fullname)
         return os.path.join(self._stubs, '__init__.py')
@@ -69,7 +69,7 @@ class InterfaceLoader(Loader):
         return ''
 
     def get_resource_reader(self, _fullname: str) -> 'DefinitionFiles | None':
-        """Part of importlib.resources: files() of a package is the folder of its definitions."""
+        """Let importlib.resources.files() return the folder of a package's definitions."""
         return DefinitionFiles(self._folder) if self._folder else None
 
 
@@ -86,14 +86,14 @@ class DefinitionFiles:
 
 
 class InnerModules:
-    """Finds the modules in a package or a kind, for tools that search its `__path__` (pkgutil, jedi)."""
+    """Finds the modules in a package or in its msg, srv or action, for tools that search its `__path__`."""
 
     def __init__(self, fullname: str, folder: str) -> None:
         self._fullname = fullname
         self._folder = folder
 
     def find_spec(self, fullname: str, _target: ModuleType | None = None) -> ModuleSpec | None:
-        """Find `msg` for jedi, which asks without the package's name: a folder without code, with stubs."""
+        """Find `msg`, `srv` or `action` for jedi, which leaves out the package's name: a folder of stubs."""
         if '.' in self._fullname or fullname not in workspace.KINDS:
             return None
         spec = ModuleSpec(fullname, None, is_package=True)
@@ -101,7 +101,7 @@ class InnerModules:
         return spec
 
     def iter_modules(self, prefix: str = '') -> 'Iterator[tuple[str, bool]]':
-        """Yield the name of each module, and whether it is a package."""
+        """Yield the name of each inner module, and whether the module is a package."""
         package, _, kind = self._fullname.partition('.')
         if kind:
             yield from ((prefix + name, False) for name in _modules(package, kind))
@@ -110,7 +110,7 @@ class InnerModules:
 
 
 def _find_misplaced(module: ModuleType, name: str) -> object:
-    """Raise AttributeError for a name in <package>, and say where a type of that name is."""
+    """Raise AttributeError for a name in <package>; the text says where a type of that name is."""
     explained = None if name.startswith('_') else _explain_misplaced(module.__name__, name)
     raise AttributeError(
         f'module {module.__name__!r} has no attribute {name!r}{f": {explained}" if explained else ""}',
@@ -120,9 +120,9 @@ def _find_misplaced(module: ModuleType, name: str) -> object:
 
 
 def _find_type(module: ModuleType, name: str) -> object:
-    """Return a type of <package>.msg, .srv or .action, or one derived from it; it becomes an attribute."""
+    """Return a type, or a derived type, of <package>.msg, .srv or .action, and keep it as an attribute."""
     package, _, kind = module.__name__.partition('.')
-    if name.startswith('__') and name != '__all__':  # Python looks up such names, and types cannot have them
+    if name.startswith('__') and name != '__all__':  # looked up by Python; no type has such a name
         raise _no_attribute(module, name)
     known = type_names(package, kind)
     if name == '__all__':
@@ -145,7 +145,7 @@ def _list_types(module: ModuleType) -> list[str]:
 
 
 def _find_part(module: ModuleType, name: str) -> object:
-    """Return a type of <package>.<kind>._<type>: the file's own, a derived one, or a metaclass."""
+    """Return an attribute of <package>.<kind>._<type>: its type, a derived type, or a metaclass of these."""
     wanted = name.removeprefix('Metaclass_')
     if name.startswith('__') or wanted not in _part_names(module):
         raise _no_attribute(module, name)
@@ -176,13 +176,13 @@ _CONTENTS: 'tuple[tuple[Callable[..., object], Callable[..., list[str]] | None],
     (_find_type, _list_types),
     (_find_part, _list_parts),
 )
-"""For each depth of a module, the function that finds a name, and the one that lists all names."""
+"""By a module's depth (dots in its name): the function that finds a name, and that which lists all names."""
 
 
 def package_spec(package: str, found: InterfacePackage | None, stubs: str) -> ModuleSpec:
-    """Return the spec of a package that was found, or was registered by register_definitions.
+    """Return the spec of an interface package, found as files or registered by register_definitions.
 
-    `stubs` is the folder of its type stubs, if it has any: editors look for them on its `__path__`.
+    `stubs` is the folder of its type stubs, or '': editors look for stubs on the package's `__path__`.
     """
     return _spec(package, found, stubs)
 
@@ -192,7 +192,7 @@ def inner_spec(
 ) -> ModuleSpec | None:
     """Return the spec of a module such as std_msgs.msg or std_msgs.msg._string; None for others.
 
-    `path` is the `__path__` of the enclosing package; `found` is where std_msgs is.
+    `path` is the `__path__` of the enclosing package; `found` is where the package, as std_msgs, was found.
     """
     package, kind, *rest = fullname.split('.')
     found = found or search_path.imported_package(package, kind)
@@ -223,7 +223,7 @@ def explain_unknown(fullname: str) -> str | None:
         elsewhere = [f'{package}.{other}' for other in workspace.KINDS if type_names(package, other)]
         hint = f'; it has some elsewhere: write from {" or ".join(elsewhere)} import …' if elsewhere else ''
         return f'{package} has no {kind} types (its definitions are in {place}){hint}{more}'
-    if rest[0] in known:  # `import std_msgs.msg.String`: the from-import asks the module itself
+    if rest[0] in known:  # `import std_msgs.msg.String`; a from-import would not get here
         return f'{fullname} is a class, not a module; write: from {package}.{kind} import {rest[0]}'
     close = get_close_matches(rest[0], known, n=3)
     some = ', '.join(known[:_SHOWN]) + (f' and {len(known) - _SHOWN} more' if len(known) > _SHOWN else '')
@@ -239,7 +239,7 @@ def explain_unknown(fullname: str) -> str | None:
 
 
 def _explain_misplaced(package: str, name: str) -> str | None:
-    """Return the error text for std_msgs.String, which names the type's place; None for an unknown type."""
+    """Return the error text for a name like std_msgs.String: the type's place; None for unknown types."""
     from difflib import get_close_matches
 
     kinds = {type_: kind for kind in reversed(workspace.KINDS) for type_ in type_names(package, kind)}
@@ -249,7 +249,7 @@ def _explain_misplaced(package: str, name: str) -> str | None:
 
 
 def _explain_python(fullname: str, package: str) -> str | None:
-    """Return the error text for a module that lies beside the interfaces, but not on Python's path."""
+    """Return the error text for a Python module beside the definitions, but not on Python's path."""
     place = folder_of(package)
     if place is None or not os.path.isfile(os.path.join(place, package, '__init__.py')):
         return None
@@ -260,7 +260,7 @@ def _explain_python(fullname: str, package: str) -> str | None:
 
 
 def type_names(package: str, kind: str) -> list[str]:
-    """Return the sorted types of a package's <kind>, from files or from register_definitions."""
+    """Return the sorted type names of a package's <kind>, from files and from register_definitions."""
     return _names_in(search_path.imported_package(package, kind), package, kind)
 
 
@@ -283,9 +283,9 @@ def _by_module(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def _spec(name: str, found: InterfacePackage | None, stubs: str | None) -> ModuleSpec:
-    """Return the spec of one module; it keeps where its package was found (see imported_package).
+    """Return the spec of one module; the spec keeps where the package was found (see imported_package).
 
-    `stubs` is the folder of its stubs; None for a module that is no package.
+    `stubs` is the folder of a package's stubs; None for a module that is not a package.
     """
     folder = found.folder if found else None
     loader = InterfaceLoader(folder, stubs)

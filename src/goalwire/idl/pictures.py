@@ -1,4 +1,4 @@
-"""Pictures of sensor_msgs as browsers know them: PNG is made here, JPEG and PNG are passed on.
+"""Turns images of sensor_msgs into pictures for browsers: raw images into PNG; JPEG and PNG stay as they are.
 
 Imported where a picture is shown: in a notebook, and on the console's page.
 """
@@ -16,7 +16,7 @@ from goalwire.idl.png import png
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 _WIDEST = 640
-"""The largest width in pixels; of a wider picture only each second, third, … pixel is shown."""
+"""The largest width in pixels; of a wider picture only each second (third, …) pixel is shown."""
 _MOST_COMPRESSED = 4 << 20
 _CHANNELS = {'rgb8': 3, 'bgr8': 3, 'rgba8': 4, 'bgra8': 4, 'mono8': 1, '8UC1': 1, '8UC3': 3}
 PNG, JPEG = 'image/png', 'image/jpeg'
@@ -24,13 +24,13 @@ _MAGIC = {b'\x89PNG\r\n\x1a\n': PNG, b'\xff\xd8\xff': JPEG}
 
 
 def as_data_url(message: Any) -> str:
-    """Return an Image or CompressedImage as an address that holds it. Raises RemoteError."""
+    """Return an Image or CompressedImage as a data: URL, which contains the picture. Raises RemoteError."""
     kind, data = as_file(message)
     return f'data:{kind};base64,{b64encode(data).decode()}'
 
 
 def as_file(message: Any) -> tuple[str, bytes]:
-    """Return an Image or CompressedImage as a file, with its media type before it. Raises RemoteError."""
+    """Return the media type and the file's bytes for an Image or CompressedImage. Raises RemoteError."""
     if not hasattr(message, 'format'):
         return PNG, png(_pixels(message))
     data = bytes(message.data)
@@ -41,7 +41,7 @@ def as_file(message: Any) -> tuple[str, bytes]:
 
 
 def _pixels(message: Any) -> np.ndarray[Any, Any]:
-    """Return height x width x channels in bytes, in the order red, green, blue."""
+    """Return the pixels as an array of bytes, height x width x channels, in the order red, green, blue."""
     height, width, step, encoding = message.height, message.width, message.step, message.encoding
     data = np.frombuffer(message.data, np.uint8)
     if encoding in {'mono16', '16UC1', '32FC1'}:
@@ -75,7 +75,7 @@ def _rows(data: np.ndarray[Any, Any], height: int, row: int, step: int) -> np.nd
 
 
 def _stretched(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Spread depths over black to white; missing measurements are black."""
+    """Return depths as grey values, the nearest white; missing measurements are black."""
     known = np.isfinite(values) & (values > 0)
     if not known.any():
         return np.zeros(values.shape, np.uint8)

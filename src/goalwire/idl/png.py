@@ -1,4 +1,4 @@
-"""Pixels as a PNG file, by hand: it takes 20 lines, and no library."""
+"""Writes pixels as a PNG file; this takes 20 lines, so no library is used."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 
 _KINDS = {1: 0, 3: 2, 4: 6}
-"""PNG's colour types for gray, colours, and colours with alpha, by the number of channels."""
+"""PNG's colour types by the number of channels: gray, colours, and colours with alpha."""
 
 
 def png(pixels: np.ndarray[Any, Any]) -> bytes:
-    """Return height x width x (1, 3 or 4) numbers of 8 or 16 bits as a PNG file.
+    """Return an array, height x width x (1, 3 or 4), of 8- or 16-bit numbers as the bytes of a PNG file.
 
     Colours are in the order red, green, blue, alpha.
     """
     height, width, channels = pixels.shape
     big_endian = np.ascontiguousarray(pixels.astype(pixels.dtype.newbyteorder('>')))
     row = width * channels * pixels.dtype.itemsize
-    lines = np.zeros((height, row + 1), np.uint8)  # each line begins with the number of its filter: 0, none
+    lines = np.zeros((height, row + 1), np.uint8)  # each line begins with its filter's number: 0 for none
     lines[:, 1:] = big_endian.view(np.uint8).reshape(height, row)
     bits = pixels.dtype.itemsize * 8
     header = struct.pack('>IIBBBBB', width, height, bits, _KINDS[channels], 0, 0, 0)

@@ -1,4 +1,4 @@
-"""All interface definitions by their full names. Each is parsed once, from a file or from registered text."""
+"""All interface definitions by their full names; each is parsed once, from a file or a registered text."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _texts: dict[str, dict[str, str]] = {}  # package -> 'msg/Name' -> text, from re
 
 
 def register_definitions(package: str, definitions: Mapping[str, str]) -> None:
-    """Make the types of a package known by their text: {'msg/Foo': 'int32 x', 'srv/Bar': …}.
+    """Register types of a package by the texts of their definitions: {'msg/Foo': 'int32 x', 'srv/Bar': …}.
 
-    Registered text is found before any file. Raises InterfaceError if a type has other text already.
+    A registered text takes precedence over files. Raises InterfaceError if a type already has another text.
     """
     for name, text in definitions.items():
         kind, _, type_name = name.partition('/')
@@ -41,7 +41,7 @@ def register_definitions(package: str, definitions: Mapping[str, str]) -> None:
 
 
 def registered_types(package: str) -> frozenset[str]:
-    """Return the names that register_definitions gave this package, such as 'msg/Foo'."""
+    """Return the names of the types registered for a package by register_definitions, such as 'msg/Foo'."""
     with _lock:
         return frozenset(_texts.get(package, ()))
 
@@ -66,12 +66,12 @@ def definition(full_name: str) -> Definition:
 
 
 def definition_text(full_name: str) -> str:
-    """Return the text that defines 'pkg/msg/Name'; raises the same errors as `definition`."""
+    """Return the text that defines 'pkg/msg/Name'; raises the same errors as `definition` does."""
     return _text(*split_name(full_name))[0]
 
 
 def message_definition(full_name: str) -> MessageDefinition:
-    """Return the definition of a message; raises as `definition` does, also for a service or an action."""
+    """Return a message's definition. Raises as `definition` does, also for a service's or action's name."""
     found = definition(full_name)
     if not isinstance(found, MessageDefinition):
         raise UnknownInterfaceError(f'{full_name} is not a message')
@@ -81,7 +81,7 @@ def message_definition(full_name: str) -> MessageDefinition:
 def split_name(full_name: str) -> tuple[str, str, str]:
     """Split 'pkg/msg/Name'; raises UnknownInterfaceError for anything else."""
     parts = full_name.split('/')
-    # Names must be identifiers: another form could be a path, or an import, that leads elsewhere.
+    # Only identifiers are safe: other parts could make a path or an import that leads elsewhere.
     if len(parts) != 3 or parts[1] not in _PARSERS or not all(map(str.isidentifier, parts)):
         raise UnknownInterfaceError(
             f'{full_name!r} is not an interface name (write package/msg/Name, …/srv/… or …/action/…)'
@@ -90,7 +90,7 @@ def split_name(full_name: str) -> tuple[str, str, str]:
 
 
 def with_derived(parsed: Definition) -> Iterator[Definition]:
-    """Yield a definition and the ones that ROS 2 derives from it."""
+    """Yield a definition, and the definitions that ROS 2 derives from it."""
     yield parsed
     if isinstance(parsed, (ServiceDefinition, ActionDefinition)):
         yield from parsed.messages
@@ -106,7 +106,7 @@ def parse(package: str, kind: str, name: str) -> Definition:
 
 
 def _text(package: str, kind: str, name: str) -> tuple[str, str]:
-    """Return the text of a definition and the name of its file."""
+    """Return the text of a type's definition, and the name of its file for errors."""
     key = f'{kind}/{name}'
     with _lock:
         text = _texts.get(package, {}).get(key)
@@ -140,7 +140,7 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
 
 
 def _elsewhere(name: str) -> str:
-    """Return the full name of a shipped type whose package many leave out; '' for another name."""
+    """Return the full name for a type such as Header, whose package users often mistake; '' for others."""
     return next((f'{package}/{name}' for package, names in _OFTEN_MEANT.items() if name in names), '')
 
 
@@ -163,7 +163,7 @@ _OFTEN_MEANT = {
 
 
 def read_definition(file: str) -> str:
-    """Read a definition file; raises InterfaceSyntaxError if it is not UTF-8, or InterfaceError."""
+    """Read a definition file. Raises InterfaceError, and InterfaceSyntaxError if it is not UTF-8."""
     try:
         data = read_regular(file, LARGEST_DEFINITION)
     except OSError as error:

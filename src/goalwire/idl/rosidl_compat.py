@@ -1,4 +1,4 @@
-"""Finds the name and definition of a class, and the class of a name; also for classes of a real rosidl."""
+"""Maps classes to names and definitions, and names to classes; also for classes of a real rosidl."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def get_action(name: str) -> type:
 
 
 def get_interface(name: str) -> type:
-    """Return the class of any full name, derived types included."""
+    """Return the class for any full name of a message, service or action, derived types included."""
     return classes.find_class(name)
 
 
@@ -56,11 +56,11 @@ def _class_of_kind(name: str, kind: str) -> type:
 
 
 def definition_of(cls: type) -> Definition:
-    """Return the definition of a message, service or action class; else UnknownInterfaceError."""
+    """Return the definition of a message, service or action class, else raise UnknownInterfaceError."""
     own = classes.own_definition(cls)
     if own is not None:
         return own
-    type_name(cls)  # raises the error unless it is an interface class
+    type_name(cls)  # raises an error for other classes
     if hasattr(cls, 'get_fields_and_field_types'):
         return _foreign_message(cls)
     return _foreign_service(cls) if hasattr(cls, 'Request') else _foreign_action(cls)

@@ -1,8 +1,8 @@
 """Functions that the generated message classes call: conversion of field values, repr and equality.
 
-array.array holds primitive sequences and numpy primitive arrays, as in rosidl. The import of numpy takes
-0.1 s and 15 MB, and each goal id is such an array. So a fixed primitive array that was not read yet is
-kept as bytes, in the little-endian order of CDR. Its property makes the numpy array at the first read.
+As in rosidl, primitive sequences are array.array, and fixed primitive arrays are numpy arrays. The import of
+numpy takes 0.1 s and 15 MB, and each goal id is a fixed primitive array. So such an array is kept as bytes,
+in the little-endian order of CDR, until it is first read; then its property makes the numpy array.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Message(Protocol):
 
 
 class _Unset:
-    """The default of keyword arguments whose real default is made anew for every message."""
+    """The default of keyword arguments whose actual default is made anew for every message."""
 
     def __repr__(self) -> str:
         return '<a new default>'
@@ -47,13 +47,13 @@ UNSET = _Unset()
 
 
 def pack_array(base: str, size: int, values: Iterable[float] | None) -> bytes:
-    """Return the bytes of an unread fixed primitive array: zeros, or the definition's values."""
+    """Return the bytes of a fixed primitive array that was not read yet: zeros, or the defaults."""
     numbers = [0] * size if values is None else list(values)
     return struct.pack(f'<{len(numbers)}{TYPECODES[base]}', *numbers)
 
 
 def unpack_array(dtype: str, data: bytes) -> np.ndarray:
-    """Return a new numpy array of the values that `pack_array` or a decoder left as bytes."""
+    """Return a new numpy array of the values in bytes from `pack_array` or a decoder."""
     import numpy as np
 
     made = np.frombuffer(bytearray(data), dtype)  # a bytearray makes it writable
@@ -61,12 +61,12 @@ def unpack_array(dtype: str, data: bytes) -> np.ndarray:
 
 
 def to_fixed(dtype: str, value: object, field: str = '') -> np.ndarray | bytes:
-    """Return a value in the form of a fixed primitive array: bytes stand for the numbers of a uint8 array."""
+    """Convert a value for a fixed primitive array to a numpy array; bytes for uint8 stay unchanged."""
     return value if type(value) is bytes and dtype == 'uint8' else to_ndarray(dtype, value, field)
 
 
 def to_ndarray(dtype: str, value: object, field: str = '') -> np.ndarray:
-    """Return a new numpy array. Errors of numpy name the `field`."""
+    """Return a new numpy array with the value's numbers. Errors of numpy get the `field`'s name."""
     import numpy as np
 
     try:
@@ -83,7 +83,7 @@ def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[fl
     if isinstance(value, memoryview):
         same = value.format == typecode and value.ndim == 1 and value.c_contiguous
     else:
-        # Another thread may be in the middle of importing numpy: then this is not a numpy array.
+        # If another thread is still importing numpy, the value cannot be a numpy array.
         ndarray = getattr(sys.modules.get('numpy'), 'ndarray', None)
         same = (
             ndarray is not None
@@ -128,12 +128,12 @@ def _refusal(field: str, value: object, code: str, error: Exception) -> Exceptio
 
 
 def reduce_message(message: object, protocol: SupportsIndex) -> str | tuple[object, ...]:
-    """Reduce a message as pickle's protocol 2 does, which supports slots; so protocols 0 and 1 work, too."""
+    """Reduce a message for pickle: as in protocol 2, which supports slots, also for protocols 0 and 1."""
     return object.__reduce_ex__(message, max(int(protocol), 2))
 
 
 def message_repr(message: Message) -> str:
-    """The repr of rosidl: package.kind.Name(field=value, …), sequences as lists."""
+    """Return the same repr as rosidl: package.kind.Name(field=value, …), with sequences as lists."""
     cls = type(message)
     fields = (f'{name}={_value_repr(getattr(message, name))}' for name in cls.get_fields_and_field_types())
     return f'{cls.__module__.rpartition(".")[0]}.{cls.__name__}({", ".join(fields)})'

@@ -8,9 +8,9 @@
 6. the working directory     package.xml at most four levels down, see workspace.py and workspace_roots.py
 7. the program's folder      the same, below the folder of the script that runs
 
-A folder overrides a shipped package only if it is named (1 to 4): any folder that happens to lie below the
-working directory could break every program otherwise. Importable rosidl packages come before all of these:
-the import hook sees to that. The hook imports this module, so nothing heavy is imported at the top.
+Only a folder that is named (1 to 4) overrides a shipped package: otherwise any folder below the working
+directory could break every program. Importable rosidl packages come before all of these, since the import
+hook asks Python's own finders first. The hook imports this module, so nothing heavy is imported at the top.
 """
 
 import os
@@ -21,7 +21,7 @@ from goalwire.files import shown
 from goalwire.idl import entry_points, workspace, workspace_roots
 from goalwire.idl.workspace import KINDS
 
-TYPE_CHECKING = False  # typing would cost 5 ms
+TYPE_CHECKING = False  # importing typing would take 5 ms
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -30,7 +30,7 @@ SHIPPED_ORIGIN = 'goalwire'
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
 _COMMON_ENDINGS = '_(msgs?|srvs?|interfaces?)$'
-_NOTES = 5  # how many folders of one kind a message names
+_NOTES = 5  # folders for one reason that an error text names at most
 
 
 class InterfacePackage:
@@ -41,7 +41,7 @@ class InterfacePackage:
     def __init__(self, name: str, folder: str, origin: str, *, trusted: bool = True) -> None:
         self.name = name
         self.folder = folder
-        self.origin = origin  # which step of the search found it, for messages
+        self.origin = origin  # the step of the search that found the package, for messages
         self.trusted = trusted  # if False, the use of this package is reported
 
     def __repr__(self) -> str:
@@ -54,12 +54,12 @@ class InterfacePackage:
         return Path(self.folder)
 
     def tell_use(self) -> None:
-        """Report once where a package was found, if that is below a working directory that is not trusted."""
+        """Report once where the package was found, if that is below an untrusted working directory."""
         if not self.trusted:
             workspace_roots.tell_origin(self.name, self.folder)
 
     def files(self) -> 'dict[str, Path]':
-        """Definition files by 'msg/Name', 'srv/Name', 'action/Name', sorted; read anew at each call."""
+        """Return the definition files by 'msg/Name', 'srv/Name', 'action/Name', sorted and listed anew."""
         return {
             f'{kind}/{name}': self.path / kind / f'{name}.{kind}'
             for kind in KINDS
@@ -72,11 +72,11 @@ _found: dict[_Key, InterfacePackage | None] = {}
 
 
 def find_package(package: str, *, walk: bool = True) -> InterfacePackage | None:
-    """Find a package's definition files; None if there are none.
+    """Find the folder of a package's definition files; return None if there is none.
 
     Without `walk`, packages below the working directory must have been found by an earlier walk. Answers are
     kept until an environment variable, the working directory, the program or sys.path changes, or
-    importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package has.
+    importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package may have.
     """
     if not workspace.is_package_name(package):
         raise UnknownInterfaceError(
@@ -95,11 +95,11 @@ def find_package(package: str, *, walk: bool = True) -> InterfacePackage | None:
 
 
 def imported_package(package: str, kind: str) -> InterfacePackage | None:
-    """Return the folder of an imported package, otherwise the result of `find_package`, which may raise.
+    """Return an imported package as it was found, otherwise the result of `find_package`, which may raise.
 
     As with Python's own packages, an imported package stays in the folder where it was found.
     """
-    for name in (package, f'{package}.{kind}'):  # in a Python package the hook serves only msg
+    for name in (package, f'{package}.{kind}'):  # the hook may have made either
         found = getattr(getattr(sys.modules.get(name), '__spec__', None), 'loader_state', None)
         if isinstance(found, InterfacePackage):
             return found
@@ -107,7 +107,7 @@ def imported_package(package: str, kind: str) -> InterfacePackage | None:
 
 
 def package_names() -> list[str]:
-    """The names of all packages that find_package finds, sorted; for tools, not for imports."""
+    """Return the sorted names of all packages that find_package finds; for tools, too slow for imports."""
     names = set(_listing(SHIPPED)) | set(entry_points.registrations())
     for entry in _entries(INTERFACE_PATH):
         names |= _names_of(entry) | set(_listing(entry))
@@ -137,7 +137,7 @@ def explain_missing(package: str) -> str:
             f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
         ]
     missing = f'no interface package named {package!r}. '
-    if near:  # the package exists, but has a fault
+    if near:  # a folder of that name exists, but has a fault
         return '\n'.join([f'{missing}{lines[0]}', *lines[1:], *near])
     close = _similar_names(package)
     guess = f'Did you mean {" or ".join(close)}? ' if close else ''
@@ -149,7 +149,7 @@ def explain_missing(package: str) -> str:
 
 
 def _similar_names(package: str) -> list[str]:
-    """Return packages of similar names. What many names end with does not make them similar."""
+    """Return the names of packages with similar names; common endings such as _msgs are not compared."""
     import re
     from difflib import get_close_matches
 
@@ -161,7 +161,7 @@ def _similar_names(package: str) -> list[str]:
 
 
 def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
-    """Return why the folder of that name is not the package: by its name, or the place of its definitions."""
+    """Return why a folder named like the package is not it: another <name>, or files in wrong places."""
     remarks = []
     for folder in here.manifests:
         if os.path.basename(folder) != package:
@@ -174,22 +174,20 @@ def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
         ]
         for file in sorted(os.listdir(folder)):
             kind = file.rpartition('.')[2]
-            if kind in workspace.KINDS and kind != file:  # the folder named srv is in its place
+            if kind in workspace.KINDS and kind != file:  # not the folder srv itself
                 inside = shown(os.path.join(folder, kind, file))
                 remarks.append(f'{file} lies beside {manifest}: move it to {inside}')
     return remarks[:_NOTES]
 
 
 def _name_for(folder: str, package: str) -> str:
-    """Return the name of the package in this folder: its own, or the requested one."""
+    """Return a name for the package in a folder: the folder's name if valid, else the requested one."""
     name = os.path.basename(folder)
     return name if workspace.is_package_name(name) else package
 
 
 def explain_overridden(package: str) -> str:
-    """Return the other places of a shipped package, which are not used unless they are named; '' if there
-    are none.
-    """
+    """Return a text on another folder of a shipped package, which is unused unless named; '' for none."""
     found = find_package(package)
     if found is None or found.origin != SHIPPED_ORIGIN:
         return ''
@@ -204,9 +202,7 @@ def explain_overridden(package: str) -> str:
 
 
 def explain_refused() -> str:
-    """Return a text on the folders that are not searched, since other users can write to them, with
-    advice.
-    """
+    """Return a text, with advice, on folders not searched since others can write to them; '' for none."""
     refused = [text for root in workspace_roots.find_roots() for text in workspace_roots.walk(root).refused]
     if not refused:
         return ''
@@ -215,16 +211,14 @@ def explain_refused() -> str:
 
 
 def _shorten(here: workspace.Workspace) -> list[str]:
-    """Return the remarks of a walk, with only a few of the folders that others can write to."""
+    """Return the remarks of a walk, but only a few of those on folders that other users can write to."""
     more = here.refused[_NOTES:]
     remarks = [remark for remark in here.remarks if remark not in more]
     return [*remarks, f'{len(more)} more folders are not searched for that reason'] if more else remarks
 
 
 def discard() -> None:
-    """Forget all findings, so that the next question searches anew; importlib.invalidate_caches() calls
-    this.
-    """
+    """Forget all findings, so that the next call searches anew; importlib.invalidate_caches() calls this."""
     _found.clear()
     workspace_roots.discard()
     entry_points.discard()
@@ -248,7 +242,7 @@ def _search(package: str, *, walk: bool) -> InterfacePackage | None:
 
 
 def _names_of(folder: str) -> set[str]:
-    """Return the names of a folder of definitions: its own, and the one in its package.xml."""
+    """Return the package names of a folder with definitions: its own name, and that in its package.xml."""
     names = {os.path.basename(folder.rstrip(os.sep))}
     manifest = os.path.join(folder, workspace.MANIFEST)
     if os.path.isfile(manifest):
@@ -311,7 +305,7 @@ def _entries(variable: str) -> list[str]:
     entries = [entry for entry in os.environ.get(variable, '').split(os.pathsep) if entry]
     try:
         return [os.path.abspath(entry) for entry in entries]
-    except OSError:  # the working directory was removed: nothing is relative to it
+    except OSError:  # the working directory was removed, so relative entries lead nowhere
         return [entry for entry in entries if os.path.isabs(entry)]
 
 

@@ -1,4 +1,4 @@
-"""The help text of a message class, and how a notebook shows a message: made only on request.
+"""Makes the help text of a message class, and a notebook's view of a message; loaded only when needed.
 
 help() and `?` show the definition, with its comments and units. A notebook shows the beginning of long
 sequences, and an Image or CompressedImage as a picture.
@@ -25,10 +25,10 @@ from goalwire.idl.model import (
 from goalwire.idl.runtime import TYPECODES
 
 _PARTS = {'srv': ('Request', 'Response'), 'action': ('Goal', 'Result', 'Feedback')}
-"""The parts that the file of a service or an action defines, in its order; the rest is derived from them."""
+"""The parts that a service's or an action's file defines, in the file's order; ROS 2 derives the rest."""
 _SEPARATOR = '---'
 _LONGEST = 8
-"""Elements of a sequence that a notebook shows."""
+"""The most elements of a sequence that a notebook shows."""
 _LONGEST_TEXT = 200
 
 
@@ -46,7 +46,7 @@ def _definition_text(defined: Definition) -> str:
     if not part or part in parts:
         try:
             lines = registry.definition_text(f'{defined.package}/{defined.kind}/{owner}').splitlines()
-        except InterfaceError:  # the file is gone: show the parts that were read before
+        except InterfaceError:  # the file was removed: show the fields that were read before
             pass
         else:
             return '\n'.join(_part_of(lines, parts.index(part)) if part else lines).strip('\n')
@@ -64,7 +64,7 @@ def _part_of(lines: list[str], number: int) -> Iterator[str]:
 
 
 class _Written:
-    """A default that is made anew for each message; its repr is the expression."""
+    """A default that is made anew for each message; its repr is the expression that makes it."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -74,7 +74,7 @@ class _Written:
 
 
 def signature(message: MessageDefinition) -> Signature:
-    """Return the signature of a message's constructor, with defaults as one writes them in Python."""
+    """Return the signature of a message's constructor, with defaults as Python code shows them."""
     defaults = {field.name: _default(field) for field in message.fields} | {'check_fields': False}
     return Signature(
         [Parameter(name, Parameter.KEYWORD_ONLY, default=value) for name, value in defaults.items()]
@@ -113,7 +113,7 @@ def shorten(value: object, level: int = 0) -> str:
 
 
 def picture(message: object, kind: str) -> bytes | None:
-    """Return an image message as a file of this media type; None for another type or a faulty image."""
+    """Return an image message as a file of the media type `kind`; None for other types and faulty images."""
     from goalwire.idl.pictures import as_file
 
     try:

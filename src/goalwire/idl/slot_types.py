@@ -1,4 +1,4 @@
-"""rosidl's two descriptions of a field's type: get_fields_and_field_types (text) and SLOT_TYPES (objects)."""
+"""Makes rosidl's two descriptions of field types: get_fields_and_field_types (text), SLOT_TYPES (objects)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from goalwire.idl.model import FieldType, Shape
 if TYPE_CHECKING:
     from rosidl_parser.definition import AbstractNestableType, AbstractType
 
-# IDL's names for the types bool, byte, char and the floats of .msg files.
+# The names that the types bool, byte, char and the floats of .msg files have in IDL.
 _IDL_NAMES = {'bool': 'boolean', 'byte': 'octet', 'char': 'uint8', 'float32': 'float', 'float64': 'double'}
 _MSG_NAMES = {'boolean': 'bool', 'octet': 'byte', 'float': 'float32', 'double': 'float64'}
 
 
 def type_text(type_: FieldType) -> str:
-    """Return the text of get_fields_and_field_types: sequence<double, 3>, string<22>, geometry_msgs/Pose."""
+    """Return a type as text for get_fields_and_field_types: sequence<double, 3>, geometry_msgs/Pose."""
     if type_.is_message:
         package, _, name = type_.base.split('/')
         text = f'{package}/{name}'
@@ -57,7 +57,7 @@ def _nestable(type_: FieldType) -> AbstractNestableType:
 
 
 def from_slot_type(slot: object) -> FieldType:
-    """Return the type that an object of SLOT_TYPES describes, from any rosidl_parser."""
+    """Return the type that an object in SLOT_TYPES describes; the object may be of any rosidl_parser."""
     value: Any = getattr(slot, 'value_type', slot)
     if hasattr(value, 'namespaces'):
         base, string_capacity = '/'.join((*value.namespaces, value.name)), 0

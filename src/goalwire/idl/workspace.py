@@ -10,7 +10,7 @@ import os
 
 from goalwire.files import LARGEST_DEFINITION, read_regular, shown, why_others_write
 
-TYPE_CHECKING = False  # typing would cost 5 ms
+TYPE_CHECKING = False  # importing typing would take 5 ms
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -24,7 +24,7 @@ IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 
 
 class Workspace:
-    """The findings of one walk through a workspace."""
+    """What one walk through a folder tree has found."""
 
     __slots__ = (
         'complete', 'entries', 'guarded', 'manifests', 'packages', 'refused', 'remarks', 'root', 'seen',
@@ -34,30 +34,30 @@ class Workspace:
     def __init__(self, root: str, *, guarded: bool = False) -> None:
         self.root = root
         self.guarded = guarded
-        self.packages: dict[str, str] = {}  # packages with interfaces, name -> folder; the nearest wins
-        self.manifests: list[str] = []  # the folders of all packages, the nearest first
+        self.packages: dict[str, str] = {}  # interface packages, name -> folder; the nearest wins
+        self.manifests: list[str] = []  # folders of all packages with a package.xml, the nearest first
         self.refused: list[str] = []  # remarks on folders that other users can write to
-        self.remarks: list[str] = []  # notes for the error text about a missing package
+        self.remarks: list[str] = []  # notes for the error text on a missing package
         self.unusable: list[str] = []  # the remarks that name an unusable package.xml
-        self.entries = 0  # names that were searched for before
-        self.seen: set[tuple[int, int]] = set()  # visited folders: links may lead to a folder again
+        self.entries = 0  # number of directory entries read so far
+        self.seen: set[tuple[int, int]] = set()  # device and inode of visited folders: links may form circles
         self.unnamed: list[str] = []  # folders with msg/, srv/ or action/ and no package.xml
         self.complete = True
 
     def remark(self, text: str, *, unusable: bool = False) -> None:
-        """Keep a remark for the user."""
+        """Keep a remark for an error text; `unusable`: it is on an unusable package.xml."""
         self.remarks.append(text)
         if unusable:
             self.unusable.append(text)
 
 
 def holds_definitions(folder: str) -> bool:
-    """Whether a folder has definition files: msg/*.msg, srv/*.srv or action/*.action."""
+    """Return whether a folder has definition files: msg/*.msg, srv/*.srv or action/*.action."""
     return any(True for kind in KINDS for _ in _definitions(folder, kind))
 
 
 def definition_names(folder: str, kind: str) -> list[str]:
-    """Return the sorted type names in <folder>/<kind>/; none if there is no such folder."""
+    """Return the sorted type names in <folder>/<kind>/; [] if there is no such folder."""
     return sorted(_definitions(folder, kind))
 
 
@@ -75,7 +75,7 @@ def _definitions(folder: str, kind: str) -> 'Iterator[str]':
 
 
 def scan(root: str, *, guarded: bool = False) -> Workspace:
-    """Walk the tree below root, root itself included.
+    """Search the folder tree from `root` downwards, `root` included.
 
     If `guarded`, skip folders that other users can write to.
     """
@@ -96,7 +96,7 @@ def scan(root: str, *, guarded: bool = False) -> Workspace:
 
 
 def _visit(folder: str, found: Workspace) -> list[str]:
-    """Note the package in this folder, or return the folders to look into next."""
+    """Note the package in a folder, or return the folders inside to visit next."""
     inside: dict[str, os.DirEntry[str]] = {}
     try:
         state = os.stat(folder)
@@ -130,7 +130,7 @@ def _visit(folder: str, found: Workspace) -> list[str]:
 
 
 def _refuses(folder: str, state: os.stat_result, found: Workspace) -> bool:
-    """Return True, and note it, if others can write to a folder."""
+    """Return True, and note the folder as refused, if other users can write to it."""
     why = why_others_write(state)
     if why:
         found.refused.append(f'{shown(folder)} is not searched, because {why}')
@@ -139,7 +139,7 @@ def _refuses(folder: str, state: os.stat_result, found: Workspace) -> bool:
 
 
 def _has_open_kind(inside: 'dict[str, os.DirEntry[str]]', found: Workspace) -> bool:
-    """Return True, and note it, if others can write to a package's msg/, srv/ or action/."""
+    """Return True, and note the folder, if other users can write to a package's msg/, srv/ or action/."""
     there = [inside[kind] for kind in KINDS if kind in inside and _is_folder(inside[kind])]
     return any(_refuses(entry.path, os.stat(entry.path), found) for entry in there)
 
@@ -192,7 +192,7 @@ def package_name(manifest: str) -> str:
 
 
 def explain_unnamed(folder: str, package: str) -> str | None:
-    """Return the error text for a folder with definitions and without package.xml; None for any other."""
+    """Return the error text for a folder that has definitions but no package.xml; None for other folders."""
     if os.path.lexists(os.path.join(folder, MANIFEST)) or not holds_definitions(folder):
         return None
     place = shown(os.path.join(folder, MANIFEST))
@@ -203,6 +203,6 @@ def explain_unnamed(folder: str, package: str) -> str | None:
 
 
 def is_package_name(name: str) -> bool:
-    """ROS 2's rule (REP 144, rosidl): lower case, digits, single underscores, a letter first."""
+    """Return True for a name by ROS 2's rule (REP 144): lower case, digits, single _, a letter first."""
     plain = name.isascii() and name.isidentifier() and name == name.lower()
     return plain and name[0] != '_' and name[-1] != '_' and '__' not in name

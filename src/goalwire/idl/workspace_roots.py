@@ -1,9 +1,9 @@
 """The folders below which package.xml files are searched: the working directory and the program's folder.
 
 A working directory is *trusted* if Python itself imports from it (`python -c`, `python -m`, a notebook,
-PYTHONPATH), or if the running program lies in its tree. Any other may belong to a stranger, above all if an
-installed command such as `ros2` is started in /tmp. Then the walk does not enter folders that other users can
-write to, and one line on standard error names each package that is used, and its place.
+PYTHONPATH), or if the running program lies in its tree. Any other directory may belong to a stranger, above
+all if an installed command such as `ros2` is started in /tmp. Below it the walk does not enter folders that
+other users can write to, and one line on standard error names each package that is used, and its place.
 """
 
 import os
@@ -20,7 +20,7 @@ _told: set[str] = set()
 
 
 class Root:
-    """A folder to search, its name in messages, and whether its tree is trusted."""
+    """A folder to search, its name in messages, and whether the folder's tree is trusted."""
 
     __slots__ = ('folder', 'place', 'trusted')
 
@@ -31,12 +31,12 @@ class Root:
 
 
 def find_roots() -> list[Root]:
-    """Return the working directory and the program's folder, each only if it exists, and once."""
+    """Return the working directory and the program's folder, if they exist; once if they are the same."""
     program = _program_folder()
     roots = []
     try:
         here = os.getcwd()
-    except OSError:  # the folder was removed meanwhile
+    except OSError:  # the working directory was removed meanwhile
         here = None
     if here is not None:
         trusted = _lies_in_tree(program, here) or _is_on_python_path(here)
@@ -47,7 +47,10 @@ def find_roots() -> list[Root]:
 
 
 def walk(root: Root) -> workspace.Workspace:
-    """Walk below a root, only once until `discard`; warn once of each unusable package.xml."""
+    """Return what a walk below a root finds, walking only once until `discard`.
+
+    Warns once of each unusable package.xml.
+    """
     key = root.folder, root.trusted
     if key not in _walks:
         found = _walks[key] = workspace.scan(root.folder, guarded=not root.trusted)
@@ -57,12 +60,12 @@ def walk(root: Root) -> workspace.Workspace:
 
 
 def walked(root: Root) -> workspace.Workspace | None:
-    """Return what an earlier walk below a root found, None if there was none."""
+    """Return what an earlier walk below a root has found; None if there was no walk."""
     return _walks.get((root.folder, root.trusted))
 
 
 def tell_origin(package: str, folder: str) -> None:
-    """Say once on standard error that a package comes from a working directory that is not trusted."""
+    """Report once, on standard error, that a package comes from an untrusted working directory."""
     if package in _told or sys.stderr is None:
         return
     _told.add(package)
@@ -72,7 +75,7 @@ def tell_origin(package: str, folder: str) -> None:
 
 
 def warn_once(text: str) -> None:
-    """Warn of a text once: a search that starts afresh finds the same again."""
+    """Issue a warning with this text once, since a repeated search finds the same problem again."""
     if text in _warned:
         return
     _warned.add(text)
@@ -82,13 +85,13 @@ def warn_once(text: str) -> None:
 
 
 def discard() -> None:
-    """Forget the walk: the next question walks again."""
+    """Forget all walks; the next call of `walk` searches again."""
     _walks.clear()
 
 
 def _program_folder() -> str | None:
-    """The folder of the script that Python was started with; None if there is none, or it is installed."""
-    for name in ('__mp_main__', '__main__'):  # in a process spawned by multiprocessing the first one is set
+    """Return the folder of the script that Python runs; None without a script, or if it is installed."""
+    for name in ('__mp_main__', '__main__'):  # multiprocessing's spawned processes have __mp_main__
         file = getattr(sys.modules.get(name), '__file__', None)
         if isinstance(file, str) and os.path.isabs(file):
             folder = os.path.dirname(os.path.normpath(file))
@@ -98,7 +101,7 @@ def _program_folder() -> str | None:
 
 
 def _lies_in_tree(program: str | None, root: str) -> bool:
-    """Return whether a program's folder is the root, or below it where packages are searched, too."""
+    """Return whether a program's folder is the root, or below it in a folder that is searched."""
     if program is None:
         return False
     if program == root:
