@@ -1,4 +1,4 @@
-"""The command line: `humanoid up`, `demo`, `status` and its like, and each program by its own name."""
+"""The command line: commands such as `humanoid up` and `status`, and each of the robot's programs by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seconds and ROS time."""
+"""Converts between seconds and ROS's Time and Duration."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def _relay(event: Printed | Ended) -> None:
 
 
 def _follow(supervisor: Supervisor, summary: Summary, show: Sink, later: Sequence[Sequence[str]]) -> None:
-    """Follow the mission to its end; start the programs in `later` when it retries. Raises Failed."""
+    """Follow the mission to its end; start the programs in `later` when a step is retried. Raises Failed."""
     deadline = time.monotonic() + TIME_LIMIT
     while True:
         event = supervisor.next_event(deadline)

@@ -25,7 +25,7 @@ class Health:
 
 
 class Diagnostics:
-    """Calls `check` once a second and publishes its result; a check that raises is an ERROR."""
+    """Calls `check` once a second and publishes its result; an exception of `check` counts as ERROR."""
 
     def __init__(self, node: Node, what: str, check: Callable[[], Health]) -> None:
         self._node, self._check = node, check

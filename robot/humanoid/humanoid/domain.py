@@ -54,7 +54,8 @@ def taking_part() -> Iterator[None]:
         return
     lock = _open(os.environ.get(VARIABLE, '').strip() or DEFAULT)
     try:
-        _locks(lock, shared=True)  # fails under `humanoid up`, whose dead server this one may replace
+        # Fails if `humanoid up` holds the lock. That is fine: this server may replace one that died.
+        _locks(lock, shared=True)
         yield
     finally:
         os.close(lock)

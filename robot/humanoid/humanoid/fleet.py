@@ -14,7 +14,7 @@ from humanoid.world.names import parameter
 MAP = 'map'  # the frame in which the robots of a fleet stand beside each other
 APART = 1.5  # m
 
-# Body and accent, as red, green and blue. If there are more robots, the colours repeat.
+# The colours of each robot's body and accent, as red, green and blue; for more robots they repeat.
 COLOURS = (
     ((0.87, 0.89, 0.92), (0.16, 0.47, 0.80)),
     ((0.94, 0.87, 0.80), (0.85, 0.42, 0.12)),
@@ -51,7 +51,7 @@ class Member:
         if program in BASED and self.world is None:
             arguments += ['-p', f'map_frame:={MAP}', '-p', f'place:=[0.0, {-APART * self.number}, 0.0]']
         if program == SIMULATION:
-            arguments += ['-p', 'publish_clock:=false']  # /clock is shared, simulated time is not
+            arguments += ['-p', 'publish_clock:=false']  # robots share /clock: none may publish its own time
         if program == VIEWED:
             file = folder / f'{self.name}.urdf'
             file.write_text(coloured(urdf_text(), self.number), encoding='utf-8')

@@ -1,4 +1,4 @@
-"""The gestures: each is a list of movements made in turn, from joint names to angles in rad."""
+"""The gestures: a gesture is a list of movements, and a movement maps joint names to angles in rad."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ GRACE = 3.0  # s between SIGTERM to this process and its forced exit
 
 
 def hold(environment: MutableMapping[str, str]) -> None:
-    """If the parent process asked for it, end this process when standard input closes (on a thread)."""
+    """If the parent asked for it, start a thread that ends this process when standard input closes."""
     if environment.pop(VARIABLE, None):
         threading.Thread(target=_watch, name='lifeline', daemon=True).start()
 

@@ -101,7 +101,7 @@ class BatterySpec:
     full_voltage: float = 54.6
     idle_draw: float = 4.0
     draw_per_base_speed: float = 25.0  # A per m/s
-    draw_per_joint_speed: float = 6.0  # A per rad/s, summed over the joints
+    draw_per_joint_speed: float = 6.0  # A per rad/s of joint speed, summed over the joints
     charge_current: float = 12.0
     idle_power: float = 1.0  # W: with less power the motors count as at rest
     rest_before_charging: float = 2.0  # s without motion after which charging begins

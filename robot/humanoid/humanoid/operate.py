@@ -1,4 +1,4 @@
-"""Commands for a person at the command line: look, wave, send the base or a joint somewhere."""
+"""Commands for a person at the command line: show the robot's state, wave, move the base or a joint."""
 
 from __future__ import annotations
 

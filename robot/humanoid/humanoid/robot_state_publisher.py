@@ -1,7 +1,7 @@
 """Runs ROS 2's robot_state_publisher with the humanoid's URDF.
 
-It publishes the URDF, and the links' poses as transforms. This program starts it and ends with it, so that
-`humanoid up` can start and stop it like the robot's own programs.
+ROS 2's program publishes the URDF, and the links' poses as transforms. This program starts it as a child and
+ends together with it, so that `humanoid up` can start and stop both like one of the robot's own programs.
 """
 
 from __future__ import annotations

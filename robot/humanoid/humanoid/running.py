@@ -94,7 +94,7 @@ def _spin(executor: SingleThreadedExecutor, node: Node) -> None:
     except ExternalShutdownException:
         raise
     except Exception as error:
-        if rclpy.ok():  # failures during the shutdown are caused by the shutdown
+        if rclpy.ok():  # after a shutdown, failures are only its consequence
             log_failure(node, error)
 
 

@@ -8,16 +8,16 @@ SERVERS = (
     'robot_state_publisher',
 )
 SIMULATED = ('joint_state_service', 'navigation_action_server')
-"""With physics the program `simulation` replaces these two."""
+"""The programs that the program `simulation` replaces in physics."""
 SIMULATION = 'simulation'
 VIEWED = 'robot_state_publisher'
 WORLD = 'world_server'
 IN_WORLD = (WORLD, 'localiser', 'navigator')
-"""These programs run in addition if there is a world."""
+"""The programs that run in addition if there is a world."""
 BASED = ('navigation_action_server', SIMULATION)
-"""These programs are told where the robot starts on the map."""
+"""The programs with parameters for the robot's start pose on the map."""
 FRAMED = (*BASED, 'joint_state_service', VIEWED, *IN_WORLD)
-"""These programs publish frame names, so they need the parameter `frame_prefix`."""
+"""The programs that publish frame names, and so need the parameter `frame_prefix`."""
 
 
 def servers(*, physics: bool, world: bool = False) -> tuple[str, ...]:

@@ -83,7 +83,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True)
 class Description:
-    """A robot: one tree of links."""
+    """A robot as its URDF describes it: a tree of links, connected by joints."""
 
     name: str
     root: str
@@ -120,7 +120,7 @@ class Description:
 
 
 def parse(text: str) -> Description:
-    """Read a description. Raises BadDescription."""
+    """Parse and check the text of a URDF. Raises BadDescription."""
     robot = tree(text)
     if robot.tag != 'robot':
         raise BadDescription(f'its root is <{brief(robot.tag, 60)}>, not <robot>')
@@ -136,7 +136,7 @@ def parse(text: str) -> Description:
 
 
 def tree(text: str) -> ET.Element:
-    """Parse a description's XML without further checks. Raises BadDescription."""
+    """Parse a URDF's XML without further checks. Raises BadDescription."""
     if len(text) > LARGEST:
         raise BadDescription(f'{len(text)} characters are more than {LARGEST}')
     try:

@@ -27,8 +27,8 @@ from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 from humanoid.walking.listener import FallListener
 
 NEWER = 'Pre-empted by a newer goal'
-STALLED_AFTER = 0.3  # s without motion short of the target: then something is between the fingers
-STALLED_FOR = 15  # joint states without motion, needed too: a delayed server has received few
+STALLED_AFTER = 0.3  # s: fingers that stand still so long before their target have gripped something
+STALLED_FOR = 15  # joint states without motion that a grip needs, too: a delayed server has received few
 FINGERS = 2  # each of the two fingers moves by half the gap
 
 

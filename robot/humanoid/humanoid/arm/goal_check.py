@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from humanoid.joints.commands import CommandRefused, Point, plan
 from humanoid.model import JointSpec
 
-SHORTEST, LONGEST = 0.01, 3600.0  # s: the durations that a goal may ask for
+SHORTEST, LONGEST = 0.01, 3600.0  # s: limits of a goal's duration
 
 
 def refusal(

@@ -13,7 +13,7 @@ from humanoid.clock import duration_msg, now, seconds
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME
 
-TICK = 0.05  # s between two ticks of a server, which checks the joints and sends feedback at each
+TICK = 0.05  # s between two ticks of a server; at each tick it checks the joints and sends feedback
 OLDEST = 0.5  # s: joint states with an older stamp are taken as measured at their arrival
 LOST = 'no joint states for a second: is joint_state_service running?'
 _LOST_AFTER = round(1.0 / TICK)  # ticks without a joint state after which the joints count as lost
@@ -45,7 +45,7 @@ class Limbs:
         self.speeds.update(_numbers(states.name, states.velocity))
         self.efforts.update(_numbers(states.name, states.effort))
         self.seen = now(self._node)
-        stamped = seconds(states.header.stamp)  # may be 0, or come from another clock
+        stamped = seconds(states.header.stamp)  # the stamp may be 0, or of another clock
         self.measured = stamped if 0.0 <= self.seen - stamped <= OLDEST else self.seen
         self.sights += 1
         self._looks = 0

@@ -1,6 +1,6 @@
-"""arm_action_server: `move_arm` commands `joint_command` and sees them arrive in `joint_states`.
+"""arm_action_server: the action `move_arm` moves joints by `joint_command` and watches `joint_states`.
 
-Beside it, each on joints that no other has taken: the controllers of arms and hands, `wave` and `stand`.
+The node also serves the controllers of arms and hands, `wave` and `stand`, each on joints that are free.
 """
 
 from __future__ import annotations
@@ -230,7 +230,7 @@ class ArmActionServer(Node):
             self._command(reach.names)
 
     def _command(self, names: Sequence[str], target: Sequence[float] = (), duration: float = 0.0) -> None:
-        """Send the joints to `target` in `duration` seconds; without a target they hold still."""
+        """Command the joints to reach `target` in `duration` seconds; without a target the joints hold."""
         self._limbs.command(names, target, duration)
 
 

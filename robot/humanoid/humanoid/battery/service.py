@@ -1,6 +1,6 @@
-"""battery_service: watches `motor_power`, or `odom` and `joint_states`; tells `battery_state`.
+"""battery_service: publishes `battery_state` and answers `get_battery_status`, for a simulated battery.
 
-It answers `get_battery_status`.
+The battery's drain follows from `motor_power`, or without that from `odom` and `joint_states`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TICK = 0.1  # s between battery steps
 TELL_EVERY = 1.0  # s
 LOW, EMPTY = 0.2, 0.05  # shares of the capacity: below LOW diagnostics report WARN, below EMPTY ERROR
 STALE_AFTER = 0.5  # s: a speed or power received longer ago is ignored
-GREATEST_POWER = 100_000.0  # W: a message with more power is wrong, and is ignored
+GREATEST_POWER = 100_000.0  # W: a message with more power is taken as wrong, and ignored
 MOST_TOLD = 1000  # motor_power messages kept between two ticks at most
 FIRST_CHARGE = 0.8  # of the capacity
 

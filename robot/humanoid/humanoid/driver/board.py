@@ -1,6 +1,6 @@
 """motor_board: simulated motors behind a pseudo-terminal, the other end of the example driver's serial line.
 
-It stands in for the firmware of a real board, so that the driver can be tried without one.
+The program stands in for the firmware of a real board, so that the driver can be tried without a board.
 """
 
 from __future__ import annotations

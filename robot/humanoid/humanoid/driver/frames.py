@@ -5,7 +5,7 @@
 All little-endian. The CRC (CCITT, from FFFF) is over kind, number, length and payload. TARGETS has an index
 and a float32 for each joint that is to move; the board answers it with STATES of the same number: position,
 velocity and effort of each joint, float32, in the order of their indices. A board that gets no frame for half
-a second holds.
+a second lets its motors hold their positions.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The interface for real motors: a driver reads joint states and writes targets; this module does the rest.
 
 `DrivenJoints` is the JointSource that JointStateService owns. It calls its driver from a thread of its own,
-50 times a second, so a bus may block as long as that. Commands become targets along their path, at most as
-fast as the joints' limits allow. It has a watchdog: if nobody has called `update` for 0.5 s, or the motors
-have not answered for as long, all commands are dropped and every joint is told to hold where it is. An answer
-with a reading that is not a number counts as a missing answer.
+50 times a second, so the driver's bus may block for up to 20 ms. Commands become targets along their paths,
+at most as fast as the joints' limits allow. A watchdog drops all commands and lets every joint hold where it
+is, if nobody has called `update` for 0.5 s, or if the motors have not answered for as long. An answer with a
+reading that is not a number counts as no answer.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""An example driver: motors behind a board on a serial line, which speaks humanoid.driver.frames (POSIX)."""
+"""An example driver, for POSIX: it speaks humanoid.driver.frames with a motor board on a serial line."""
 
 from __future__ import annotations
 

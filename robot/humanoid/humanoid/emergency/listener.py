@@ -42,7 +42,7 @@ class StatePublishers:
     def find(self, info: Mapping[str, object]) -> Publisher:
         """Return the publisher of a message, from the message info of its callback.
 
-        If rclpy does not tell the gid, the publisher is known only if the topic has just one.
+        If rclpy does not provide the gid, the publisher is known only if the topic has a single publisher.
         """
         gid = publisher_gid(info)
         if gid is None:

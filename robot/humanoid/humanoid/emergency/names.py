@@ -8,7 +8,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 SWITCH = 'emergency_stop'
 STATE = 'emergency_stopped'
 STATUS = 'emergency_stop_status'
-TOLD_EVERY = 0.2  # s between repetitions; of the steady clock, since a paused simulation's clock stands still
+TOLD_EVERY = 0.2  # s between repetitions, by the steady clock: a paused simulation's clock stands still
 REFUSAL = f'emergency stop: nothing moves until {SWITCH} is called with false'
 ENDED = 'Emergency stop'
 

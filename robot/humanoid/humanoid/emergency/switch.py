@@ -103,7 +103,7 @@ class StopSwitch:
         self._state.publish(Bool(data=self._thrown))
 
     def _tell_why(self) -> None:
-        """Publish the status if it has changed: OK or ERROR, the reason, and `stopped` and `by`."""
+        """Publish the status if it has changed: level, reason, and the values `stopped` and `by`."""
         status = DiagnosticStatus(level=DiagnosticStatus.OK, message='released')
         status.name = f'{self._node.get_fully_qualified_name()[1:]}: emergency stop'
         status.hardware_id = self._node.get_namespace().strip('/') or 'humanoid'

@@ -31,7 +31,7 @@ class Publisher(NamedTuple):
 
 @dataclass
 class Vote:
-    """The last word of a publisher. A stranger has a vote only while it says "stopped"."""
+    """A publisher's last state, "stopped" or "released". A stranger's vote is kept only while "stopped"."""
 
     publisher: Publisher
     stopped: bool
@@ -39,11 +39,11 @@ class Vote:
 
 
 class StopVotes:
-    """The last word of each publisher, and whether they stop the robot."""
+    """The last state of each publisher, and whether these states stop the robot."""
 
     def __init__(self) -> None:
         self.lost = ''
-        """Why the robot stays stopped after a publisher was lost; '' if none was."""
+        """Why the robot stays stopped after a publisher was lost; '' if no publisher was lost."""
         self._votes: dict[bytes, Vote] = {}
 
     @property

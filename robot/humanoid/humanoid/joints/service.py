@@ -1,6 +1,6 @@
 """joint_state_service: answers `get_joint_state`, publishes `joint_states`, obeys `joint_command`.
 
-It controls the joints, so the switch of the emergency stop is here, too.
+This node controls the joints, so it also has the switch of the emergency stop.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class JointStateService(Node):
         self._trouble: str | None = None
         self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
         self._weight = feet.weight()
-        self._soles = {  # a JointSource that is passed in publishes its own
+        self._soles = {  # wrenches of the soles; a JointSource passed in publishes its own
             sole: self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data)
             for sole in (feet.SOLES if source is None else ())
         }

@@ -1,4 +1,4 @@
-"""The interface between the node and the robot: joint states come from it, commands go to it."""
+"""The interface between joint_state_service and the joints, for reading their states and commanding them."""
 
 from __future__ import annotations
 

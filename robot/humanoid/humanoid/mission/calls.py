@@ -23,8 +23,8 @@ from rclpy.task import Future
 from humanoid.mission.retry import NoAnswer
 from humanoid.text import brief
 
-FIND_WITHIN = 3.0  # s for a server to appear
-CANCEL_WITHIN = 2.0  # s for a goal to end after the request to cancel it
+FIND_WITHIN = 3.0  # s to wait for a server to appear
+CANCEL_WITHIN = 2.0  # s to wait for a goal's end after the request to cancel it
 
 STATUS_NAME = {
     GoalStatus.STATUS_UNKNOWN: 'UNKNOWN',

@@ -13,7 +13,7 @@ from humanoid.navigation.base import yaw_of
 
 AT_HOME = 0.1  # m and rad: the base is at home within this distance and turn
 UNHURRIED = 2.0  # factor on the time at full speed: a base with physics accelerates and brakes
-ROUND_THINGS = 8.0  # factor on that time in a world: the way round walls and people is longer
+ROUND_THINGS = 8.0  # factor on the time at full speed in a world: the way round walls and people is longer
 LEAST = 10.0  # s added to the time for the way, because the base also has to turn
 ENDS_WITHIN = 5.0  # s to wait for the result after the goal's own time limit
 

@@ -1,4 +1,4 @@
-"""Try again, with growing pauses, within one deadline."""
+"""Retries calls that get no answer, with growing pauses, within one deadline."""
 
 from __future__ import annotations
 

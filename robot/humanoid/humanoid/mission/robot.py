@@ -24,7 +24,7 @@ from humanoid.emergency.names import SWITCH
 from humanoid.mission.calls import FIND_WITHIN, GoalRun, call
 from humanoid.mission.retry import NoAnswer
 
-ANSWER_WITHIN = 2.0  # s for a service call
+ANSWER_WITHIN = 2.0  # s to wait for the response of a service
 DOORS = 'doors'
 LOCALISED = 'amcl_pose'  # topic of the localiser: it has a publisher if the robot has a map
 HAND = 'left_gripper_controller/gripper_cmd'

@@ -32,13 +32,13 @@ class NotAsExpected(Exception):
 class Report:
     """The functions with which a running step reports its progress and its retries."""
 
-    progress: Callable[[float, str], None]  # fraction 0 to 1, text
-    retrying: Callable[[int, float, str], None]  # attempt, pause in s, reason
+    progress: Callable[[float, str], None]  # arguments: the fraction done, 0 to 1, and a text
+    retrying: Callable[[int, float, str], None]  # arguments: the attempt's number, the pause in s, the reason
 
 
 @dataclass(frozen=True)
 class Step:
-    """`run` returns what happened, or raises NotAsExpected or NoAnswer."""
+    """One step; its function `run` returns a text on what happened, or raises NotAsExpected or NoAnswer."""
 
     name: str
     expected: str

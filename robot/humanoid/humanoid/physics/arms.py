@@ -23,7 +23,7 @@ class ArmSwing:
     """
 
     def __init__(self, world: World, joints: Mapping[str, JointSpec]) -> None:
-        """`joints` without the SHOULDERS and HIPS means that the robot does not swing its arms."""
+        """The arms swing only if `joints` contains all SHOULDERS and HIPS."""
         self._world = world
         self._homes = {name: joints[name].home for name in SHOULDERS if name in joints}
         self._can = all(name in joints for name in (*SHOULDERS, *HIPS))

@@ -100,7 +100,7 @@ class Simulation(Node):
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         if not world:
             return None
-        from humanoid.physics.surroundings import surroundings_of  # its packages are needed by worlds only
+        from humanoid.physics.surroundings import surroundings_of  # needs packages that only worlds require
 
         self.create_subscription(MarkerArray, 'world_markers', self._arrange, latched())
         return surroundings_of(world)
@@ -164,7 +164,7 @@ class Simulation(Node):
     def _advance(self) -> None:
         if self.failure is not None:
             return
-        if self._pace is None:  # time starts here: other nodes may now be up
+        if self._pace is None:  # time starts only now, when the other nodes are up
             self._pace = Pace(TICK, time.monotonic())
             robot = self.world.robot
             self.get_logger().info(f'Simulation ready: {robot.mass:.1f} kg, {len(robot.motors)} motors')

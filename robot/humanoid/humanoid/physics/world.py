@@ -81,9 +81,9 @@ class World:
         self._nominal = build(urdf)
         self.controllers: list[Callable[[float], None]] = []
         self.ticks = 0
-        self.energy = 0.0  # J: work of the motors, absolute values summed
+        self.energy = 0.0  # J: work of the motors, braking counted as positive
         self.power = 0.0  # W: power of the motors during the last tick
-        self.loads = (0.0, 0.0)  # N on the left and on the right sole
+        self.loads = (0.0, 0.0)  # N: loads on the left and the right sole
         self.fallen = False
         self._index = {name: index for index, name in enumerate(self.robot.names)}
         self._leg_joints = frozenset(int(joint) for leg in self.robot.legs for joint in leg.joints)
@@ -173,7 +173,7 @@ class World:
 
     @property
     def torques(self) -> Array:
-        """N·m (N where a joint slides) of all motors, in the order of `robot.motors`."""
+        """The torques of all motors in N·m (forces in N for sliding joints), in the order of `robot.motors`."""
         return np.array(self._data.actuator_force)
 
     @property

@@ -29,7 +29,7 @@ class Costmap:
         self._seen_at = np.full(occupied.shape, -math.inf)
         self.mapped = _clearance(occupied, geometry.resolution)
         self.clearance = self.mapped
-        """The m from each cell's centre to the nearest obstacle of the map or of a scan."""
+        """The distance in m from each cell's centre to the nearest obstacle of the map or of a scan."""
 
     def see(self, laser: Pose2D, angles: Array, ranges: Array, now: float) -> None:
         """Take a scan: `angles` (rad) in the scanner's frame, `ranges` in m, inf if nothing is near."""

@@ -52,7 +52,7 @@ class Errand:
         self._planned_at = -math.inf
         self._way_at = now  # when planning last found a path
         self._seen_at = now  # when the pose was last known
-        self._progress = math.inf, now  # the least way left so far, and when that was
+        self._progress = math.inf, now  # the shortest way left so far, and when it was that short
         self._recovers_until, self._backs_up = -math.inf, False
         self._looked_again = False
 

@@ -59,7 +59,7 @@ class Drive:
     manner: Manner
     errand: Errand
     frame: str  # of the goal
-    origin: Pose2D  # the pose of that frame on the map when the goal began
+    origin: Pose2D  # the pose of the goal's frame on the map when the goal began
     allowed: float  # s
     next_feedback: float
     last: Progress | None = None
@@ -266,7 +266,7 @@ class Navigator(Node):
             self._end(Ending(End.ABORTED, 'Pre-empted by cmd_vel'))
 
     def _compute_path(self, goal_handle: ServerGoalHandle) -> ComputePathToPose.Result:
-        """Plan a path without driving it."""
+        """Serve ComputePathToPose: plan a path without driving along it."""
         request, result = goal_handle.request, ComputePathToPose.Result()
         began = now(self)
         try:

@@ -27,7 +27,7 @@ LEAST, MOST = 1.0, 3000.0  # N: limits of the load on a sole in contact
 
 
 class Balance:
-    """Keeps a body upright whose state has been estimated."""
+    """Computes the torques that keep a body upright and walking, from the body's estimated state."""
 
     def __init__(self, body: Body, period: float, height: float) -> None:
         self.period, self.height = period, height

@@ -21,7 +21,7 @@ class Body:
         self._moving, self._turning = np.zeros((3, nv)), np.zeros((3, nv))
         self.inertia = np.zeros((nv, nv))
         self.jacobians = [np.zeros((6, nv)) for _ in SIDES]  # of each sole: rows for position, then rotation
-        self.drifts = [np.zeros(6) for _ in SIDES]  # m/s², rad/s²: soles' acceleration without joints'
+        self.drifts = [np.zeros(6) for _ in SIDES]  # m/s², rad/s²: of the soles while no joint accelerates
         self._mass = float(robot.model.body_subtreemass[0])
 
     @property

@@ -31,7 +31,7 @@ class Estimator:
     """Estimates the body's state, and sets a Body to the estimate."""
 
     def __init__(self, body: Body, period: float, position: Array, yaw: float) -> None:
-        """`position` (m) and `yaw` (rad) are the body's start pose; it begins upright and at rest."""
+        """`position` (m) and `yaw` (rad) are the start pose; the body begins upright and at rest."""
         self._body, self._period = body, period
         self.orientation = np.array((math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0)))  # w, x, y, z
         self.bias = np.zeros(3)  # rad/s: the estimated bias of the gyroscope

@@ -13,13 +13,13 @@ WIDTH = 0.18  # m between the middles of the two soles, side by side
 FARTHEST = 0.5  # m: the longest step in front of or behind the other foot
 WIDEST, NARROWEST = 0.55, 0.11  # m: limits of the distance beside the other foot; a sole is 0.10 m wide
 MOST_TURN = 0.55  # rad: the largest angle between the two feet
-NEAR = 0.3  # m from the place to stop at, within which steps lead to that place
+NEAR = 0.3  # m: within this distance of the place to stop at, the steps lead to that place
 LITTLE = (0.12, 0.12, 0.4)  # m ahead, m aside and rad: the largest step near the place to stop at
 LEFT, RIGHT = 0, 1
 
 
 def seen_from(pose: Pose2D, place: Pose2D) -> Pose2D:
-    """Return a place in the frame of a pose."""
+    """Return `place`, expressed in the frame of `pose`."""
     ahead, left = in_frame(np.array((place.x - pose.x, place.y - pose.y)), pose.yaw)
     return Pose2D(float(ahead), float(left), turn_between(pose.yaw, place.yaw))
 

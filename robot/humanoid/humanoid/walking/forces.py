@@ -54,7 +54,7 @@ class ForceControl:
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        self.forces = np.zeros((2, 6))  # N and N·m on each sole, in the sole's frame
+        self.forces = np.zeros((2, 6))  # forces (N) and torques (N·m) on each sole, in its frame
 
     def torques(self, aims: Aims, contacts: Sequence[Contact], gravity: float) -> Array:
         """Return the torques (N·m) of all degrees of freedom; only legs and waist accelerate."""
@@ -77,7 +77,10 @@ class ForceControl:
         return torques
 
     def _motion(self, aims: Aims) -> tuple[Array, Array]:
-        """Return matrix and vector that give all accelerations from the pelvis' six; soles determine legs."""
+        """Return the matrix and the vector that give all accelerations from the pelvis' six.
+
+        The legs' accelerations follow from those of the pelvis and of the soles.
+        """
         body = self._body
         nv = len(body.inertia)
         freedom, given = np.zeros((nv, 6)), np.zeros(nv)

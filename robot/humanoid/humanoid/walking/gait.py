@@ -26,12 +26,12 @@ SHORTEST = 0.22  # s that a foot is in the air at least
 FIRST_SHIFT = 0.5  # s for the weight to shift to one foot before a walk, and to both after it
 GAIN = 3.0  # 1/s: how fast an error of the DCM decays
 LENGTH, WIDTH = 0.10, 0.042  # m: half of a sole's usable length and width
-TRUNK = 0.02  # m that the floor's push may seem to act beyond the soles, by swinging the trunk
+TRUNK = 0.02  # m: a swing of the trunk moves the floor's push this far beyond the soles
 SPARED = 0.7  # share of a sole's size for correcting errors; larger errors move the step
 AHEAD = 3  # number of steps that the plan looks ahead
 BEARS = 100.0  # N: with more load, a foot's measured pose replaces its planned pose
-TOUCHES, EARLIEST = 60.0, 0.6  # N after this share of a swing: the foot has touched down early
-LANDS = 15.0  # N at the end of a swing: the foot has touched down
+TOUCHES, EARLIEST = 60.0, 0.6  # N on a foot, after this share of its swing: it has touched down early
+LANDS = 15.0  # N on a foot, at the end of its swing: it has touched down
 FIXED = 0.06  # s before touch-down in which a foot's target stays unchanged
 FALLS = (0.07, 0.10)  # m ahead and aside: with the DCM farther off the middle, a standing body must step
 OFF = (0.025, 0.04)  # m and rad: a body farther than this from its wished place walks there
@@ -53,7 +53,7 @@ class Seen:
     """
 
     feet: tuple[Pose2D, Pose2D]
-    heights: tuple[float, float]  # m of the soles above the floor
+    heights: tuple[float, float]  # m: heights of the soles above the floor
     loads: Array
     dcm: Array
     omega: float

@@ -17,11 +17,11 @@ Array = NDArray[np.float64]
 class Sensed:
     """The sensors' readings at one moment. No sensor measures where on the floor the body is."""
 
-    turn_rate: Array  # rad/s, of the pelvis in its own frame
-    acceleration: Array  # m/s², of the pelvis in its own frame, gravity included
-    angles: Array  # rad (m if prismatic), of all movable joints, in the URDF's order
+    turn_rate: Array  # rad/s: rotation rates of the pelvis, in its own frame
+    acceleration: Array  # m/s²: of the pelvis in its own frame, gravity included
+    angles: Array  # rad (m if prismatic): positions of all movable joints, in the URDF's order
     speeds: Array  # rad/s (m/s)
-    loads: Array  # N on the left and on the right sole
+    loads: Array  # N: loads on the left and the right sole
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Walker(Protocol):
     """
 
     period: float  # s between two calls of `update`
-    height: float  # m of the pelvis above the floor when standing
+    height: float  # m: height of the pelvis above the floor while standing
 
     @property
     def estimate(self) -> Estimate:

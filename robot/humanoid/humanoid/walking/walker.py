@@ -14,7 +14,7 @@ from humanoid.walking.estimator import Estimator
 from humanoid.walking.gait import Gait, Phase
 from humanoid.walking.seam import Array, Estimate, Sensed, Wish
 
-HEIGHT = 0.72  # m of the pelvis above the floor
+HEIGHT = 0.72  # m: height of the pelvis above the floor
 
 
 class DcmWalker:

@@ -202,7 +202,7 @@ class Entry:
 
 
 def _number(node: yaml.Node) -> float:
-    """Return the number, or NaN if the node is not a number."""
+    """Return the number in a YAML node; NaN if the node is not a number."""
     try:
         return float(node.value) if isinstance(node, yaml.ScalarNode) else math.nan
     except ValueError:
