@@ -173,7 +173,7 @@ class World:
 
     @property
     def torques(self) -> Array:
-        """The torques of all motors in N·m (forces in N for sliding joints), in the order of `robot.motors`."""
+        """The torques of all motors in N·m (in N for sliding joints), in the order of `robot.motors`."""
         return np.array(self._data.actuator_force)
 
     @property
