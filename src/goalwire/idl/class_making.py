@@ -84,7 +84,7 @@ class _Signature(_Made):
 
     def __get__(self, instance: object, owner: type) -> object:
         made = super().__get__(instance, owner)
-        if isinstance(instance, type):  # in time for help(), which lists methods after the class
+        if isinstance(instance, type):  # now, since help() reads the class before its methods
             vars(instance)['__init__'].__signature__ = made
         return made
 

@@ -21,7 +21,7 @@ class _Slot:
     fresh: str  # an expression that makes a default; '' if `signature` itself is stored
     convert: str  # an expression that converts a given value, which replaces `{}`
     is_packed: bool = False  # the slot holds bytes until the field is first read
-    converts_first: bool = False  # conversion precedes checks: in rosidl, for sequences of numbers
+    converts_first: bool = False  # conversion precedes checks, as rosidl does for number sequences
 
     def stored(self) -> str:
         return self._given(self.convert.format(self.name))

@@ -82,7 +82,7 @@ def find_class(full_name: str, _inside: tuple[str, ...] = ()) -> type:
 
 
 def _foreign_class(package: str, kind: str, name: str) -> type:
-    module = f'{package}.{kind}.{module_name(name.partition("_")[0])}'  # it has the derived types, too
+    module = f'{package}.{kind}.{module_name(name.partition("_")[0])}'  # this module has derived types, too
     try:
         found = getattr(import_module(module), name)
     except (ImportError, AttributeError):
@@ -125,7 +125,7 @@ def _nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict
     found = {}
     for field in message.fields:
         if field.type.is_message and field.type.base not in found:
-            if len(inside) >= 2 * extent.MAX_DEPTH:  # exact levels are counted later
+            if len(inside) >= 2 * extent.MAX_DEPTH:  # a rough limit: exact levels are counted later
                 raise extent.too_deep(message, field)
             try:
                 found[field.type.base] = find_class(field.type.base, (*inside, message.full_name))

@@ -1,8 +1,8 @@
 """Writes type stubs of the user's own packages when jedi imports a package.
 
-pylsp, vim, IPython and Jupyter use jedi. It runs no code of a package, and looks for stubs on the package's
-`__path__`. So `__path__` contains a folder in the user's cache. The import hook uses it: nothing heavy is
-imported at the top.
+pylsp, vim, IPython and Jupyter use jedi. jedi runs no code of a package, but looks for stubs on the package's
+`__path__`. So `__path__` contains a folder in the user's cache, to which stubs are written. The import hook
+uses this module, so nothing heavy is imported at the top.
 """
 
 import os

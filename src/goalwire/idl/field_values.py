@@ -1,9 +1,9 @@
 """Fits plain data from YAML, JSON and forms to the fields of a message.
 
 ROS 2's own `set_message_fields` converts whatever it gets: the text 'false' becomes true, 3.7 becomes 3, and
-a text in place of a list becomes a list of its letters. If values become commands for a robot, that is an
-accident. So `fit_fields` converts only unambiguous values, and refuses the rest with field, type
-and an example:
+a text in place of a list becomes a list of its letters. If values become commands for a robot, such
+conversions cause accidents. So `fit_fields` converts only unambiguous values, and refuses the rest with
+field, type and an example:
 
     1 for a float, 3.0 for an integer, '1e-3' for a number    taken, as ROS 2's commands do
     0 and 1 for a bool                                        taken, as ROS 2's commands do

@@ -33,7 +33,7 @@ _SPLIT = Pattern(r'([a-z0-9])([A-Z])')
 _FIELD_NAME = Pattern(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _CONSTANT_NAME = Pattern(r'[A-Z](?:_?[A-Z0-9])*')
 _LINE = Pattern(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
-_QUOTED = Pattern(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive, so linear time
+_QUOTED = Pattern(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: parsed in linear time
 _ARRAY = Pattern(r'(.*)\[([^\[\]]*)\]')
 # Field names that the generated class itself uses; with an underscore, the third is a class attribute.
 _TAKEN = frozenset({'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'})
@@ -243,7 +243,7 @@ class _Message:
 
 
 def _split_comment(line: str) -> tuple[str, str]:
-    """Split at the `#` that starts the comment; a `#` inside a quoted value does not count."""
+    """Split a line at the `#` that starts its comment; a `#` inside a quoted value does not count."""
     at = line.find('#')
     value = _QUOTED.match(line)
     if value and value.end() < at:

@@ -1,4 +1,4 @@
-"""The import hook: serves interface packages from their definition files, and orders the overlay.
+"""The import hook: serves interface packages from their definition files, and gives the overlay its rank.
 
 The first import that is not of Python's own library loads this module (overlay/_goalwire_start.py), so the
 module imports only what Python has loaded by then. The finder stands just before Python's path finder, asks
@@ -352,7 +352,7 @@ def _wants_interfaces(name: str) -> bool:
         return True
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and frame.f_code.co_filename in _IMPORTERS:
-        if frame.f_code.co_name == '_find_and_load_unlocked':  # of `name`, then of `name.msg`
+        if frame.f_code.co_name == '_find_and_load_unlocked':  # importing `name`, or `name.msg` around it
             _, _, rest = frame.f_locals['name'].partition('.')
             if rest.partition('.')[0] in KINDS:
                 return True

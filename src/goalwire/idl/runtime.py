@@ -76,9 +76,10 @@ def to_ndarray(dtype: str, value: object, field: str = '') -> np.ndarray:
 
 
 def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[float]:
-    """Return a new array.array; one copy of the memory if the value is a buffer of the same items.
+    """Return a new array.array of the value's items.
 
-    Errors of array.array then name the `field`, and the wrong value.
+    A memoryview or numpy array with the same item type is copied as one block of memory. For other values,
+    errors of array.array name the `field` and the wrong item.
     """
     if isinstance(value, memoryview):
         same = value.format == typecode and value.ndim == 1 and value.c_contiguous
@@ -104,7 +105,7 @@ def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[fl
 def _refusal(field: str, value: object, code: str, error: Exception) -> Exception:
     """Return an error, of the class that was raised, for a value that a field cannot hold.
 
-    `code` is array's for a sequence, numpy's name for an array.
+    `code` is the type of the items: array.array's type code for a sequence, numpy's name for a numpy array.
     """
     kind = next(kind for kind in (OverflowError, TypeError, ValueError) if isinstance(error, kind))
     place, wrong = field, value

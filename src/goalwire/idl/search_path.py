@@ -30,7 +30,7 @@ SHIPPED_ORIGIN = 'goalwire'
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
 _COMMON_ENDINGS = '_(msgs?|srvs?|interfaces?)$'
-_NOTES = 5  # folders for one reason that an error text names at most
+_NOTES = 5  # an error text names so many folders at most for each reason
 
 
 class InterfacePackage:
@@ -99,7 +99,7 @@ def imported_package(package: str, kind: str) -> InterfacePackage | None:
 
     As with Python's own packages, an imported package stays in the folder where it was found.
     """
-    for name in (package, f'{package}.{kind}'):  # the hook may have made either
+    for name in (package, f'{package}.{kind}'):  # either may be imported by the hook
         found = getattr(getattr(sys.modules.get(name), '__spec__', None), 'loader_state', None)
         if isinstance(found, InterfacePackage):
             return found

@@ -99,7 +99,7 @@ class DeclareLaunchArgument(Action):
 
     @property
     def conditionally_included(self) -> bool:
-        """True if the argument is declared only under a condition. Known after `find_arguments`."""
+        """True if the argument is declared only under a condition, as `find_arguments` has found out."""
         return self._conditionally_included
 
     def describe(self) -> str:

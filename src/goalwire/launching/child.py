@@ -1,8 +1,9 @@
 """One process that a launch starts, in a process group of its own.
 
-The group has two reasons. Ctrl-C in the terminal reaches only the launch, which then sends it on once: a
-second SIGINT would interrupt a node that is cleaning up. And a signal to the group also reaches the processes
-that the process has started, such as a shell's commands or a debugger's program, so that none stays behind.
+The group serves two purposes. Ctrl-C in the terminal reaches only the launch, which then sends the process
+one SIGINT: a second one would interrupt a node that is cleaning up. And a signal to the group also reaches
+the processes that the process has started, such as a shell's commands or a debugger's program, so that none
+of them stays behind.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class Child(asyncio.SubprocessProtocol):
         if isinstance(transport, asyncio.SubprocessTransport):
             self._transport = transport
             self.pid = transport.get_pid()
-            self._on_start(self)  # here, so that the event ProcessStarted comes before the first output
+            self._on_start(self)  # emits ProcessStarted before any output is read
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         self._on_output(self, fd, data)

@@ -23,12 +23,12 @@ _loaded: set[str] = set()
 
 
 def expose_action(*names: str) -> Callable[[_Class], _Class]:
-    """Return a decorator for the action of tags of these names: a class with `parse`, or a function."""
+    """Return a decorator that gives tags of these names an action: a class with `parse`, or a function."""
     return _expose_in(_actions, names)
 
 
 def expose_substitution(*names: str) -> Callable[[_Class], _Class]:
-    """Return a decorator for the substitution of these names: a class with `parse`, or a function."""
+    """Return a decorator that gives $(name …) a substitution: a class with `parse`, or a function."""
     return _expose_in(_substitutions, names)
 
 

@@ -283,8 +283,8 @@ class LaunchContext:
         self.events: deque[Event] = deque()
         self.handlers: deque[EventHandler] = deque()
         self.completion_futures: set[asyncio.Future[Any]] = set()
-        self.cleanups: list[Callable[[], None]] = []  # called when the launch has ended, the last one first
-        # awaited before `cleanups` are called
+        self.cleanups: list[Callable[[], None]] = []  # functions called when the launch has ended, last first
+        # Coroutine functions, called and awaited before `cleanups` are called.
         self.async_cleanups: list[Callable[[], Coroutine[Any, Any, None]]] = []
         self.on_failure: Callable[[Exception], None] = lambda _: None
         self._loop: asyncio.AbstractEventLoop | None = None

@@ -53,7 +53,7 @@ from goalwire.launching.values import (
 )
 
 LARGEST = 2**24
-"""The largest launch file, in bytes."""
+"""The largest size of a launch file, in bytes."""
 DEEPEST = 20
 """The deepest nesting of includes that is followed without a launch."""
 PYTHON_ENDINGS = ('.py',)

@@ -58,7 +58,7 @@ __all__ = [
 
 
 class CompoundSubstitution(Substitution):
-    """A substitution with texts as arguments; `names` are these in $(…), of which `least` are required."""
+    """A substitution with texts as arguments: `names` are their names; the first `least` are required."""
 
     names: ClassVar[tuple[str, ...]] = ()
     least: ClassVar[int | None] = None

@@ -26,7 +26,7 @@ _DEEPEST = 20
 def unknown_arguments(path: str, names: Iterable[str]) -> list[str]:
     """Return a warning for each name that is neither in an XML or YAML file nor in its includes.
 
-    A Python file can create names while it runs: with one among the files, or an unreadable file, return [].
+    A Python file can create names while it runs: if any of the files is in Python, or unreadable, return [].
     """
     wanted = [name for name in names if name not in OF_LAUNCH]
     if not wanted or path.endswith(PYTHON_ENDINGS):

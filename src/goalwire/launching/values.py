@@ -80,7 +80,7 @@ def is_substitution(value: object) -> bool:
 
 
 def scalar_type(data_type: object) -> tuple[Any, bool]:
-    """Return scalar type and is-list: (int, True) for `List[int]`. Raises ValueError for unknown types."""
+    """Return a type's scalar type, and if it is a list: (int, True) for `List[int]`. Raises ValueError."""
     inner = typing.get_args(data_type)
     if typing.get_origin(data_type) is list and inner and inner[0] in SCALARS:
         return inner[0], True
@@ -155,7 +155,7 @@ def _is_of(value: object, kinds: tuple[type, ...]) -> bool:
 
 
 def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
-    """Return the value if it has the given type, or as substitutions that will evaluate to it.
+    """Return a value of the given type, or a list of substitutions that will be evaluated to one.
 
     Raises TypeError for other objects.
     """
@@ -180,7 +180,7 @@ _EXAMPLES = {int: '3', float: '1.5', bool: 'true', str: "'a'"}
 
 
 def _misfit(value: object, scalar: Any, *, many: bool = False) -> BadLaunchValueError:
-    """Return the error for a value that does not have a type; its text has an example value."""
+    """Return the error for a value that is not of the type `scalar`; the error's text has an example."""
     example, kind = _EXAMPLES[scalar], scalar.__name__
     if many:
         example, kind = f'[{example}, {example}]', f'list of {kind}'

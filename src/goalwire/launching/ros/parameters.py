@@ -1,4 +1,4 @@
-"""Evaluates parameters from what launch files contain to what nodes get.
+"""Parameters of nodes in launch files, and their evaluation to the values that nodes get.
 
 Values are Python values, substitutions, lists and nested mappings. As in launch_ros, the text of a
 substitution is parsed by YAML's rules; a plain string in the launch file stays a string.
