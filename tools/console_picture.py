@@ -32,7 +32,11 @@ def main() -> int:
     """Start the robot and a console, take the picture, end both."""
     from playwright.sync_api import sync_playwright
 
-    environment = os.environ | {'ROS_DOMAIN_ID': '97', 'PYTHONPATH': str(ROOT / 'robot' / 'humanoid')}
+    environment = os.environ | {
+        'ROS_DOMAIN_ID': '97',
+        'PYTHONPATH': str(ROOT / 'robot' / 'humanoid'),
+        'HUMANOID_PHYSICS': '0',  # a body in physics sways, and does not stop within the centimetre below
+    }
     with ExitStack() as ends:
         for command in (['-m', 'humanoid', 'up'], ['-m', 'goalwire', 'console', *_CONSOLE]):
             process = subprocess.Popen(
@@ -75,6 +79,12 @@ def take(browser: Browser, url: str, file: Path) -> Page:
         arg=list(GOAL),
     )
     page.mouse.move(500, 760)
+    # On a slow computer the page draws ever less detail while the robot walks. The picture has all of it.
+    page.evaluate(
+        '() => { const scene = goalwireScene; scene.level = Infinity; scene.sun.castShadow = true;'
+        ' scene.renderer.setPixelRatio(devicePixelRatio); scene.resize();'
+        ' scene.renderer.render(scene.scene, scene.camera) }'
+    )
     page.screenshot(path=str(file))
     return page
 
