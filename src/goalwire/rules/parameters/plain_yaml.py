@@ -117,8 +117,8 @@ def _names_of(node: str, branches: Collection[str], *, use_wildcard: bool) -> li
     names += [name for name in branches if name == node or ('*' not in name and matches(name, absolute))]
     if not names:
         raise FileShapeError(
-            f'Param file does not contain selected parameters: none are for {node}, '
-            f'only for {reprlib.repr(list(branches))}'
+            f'Param file does not contain parameters for {node},'
+            f'only for nodes: {reprlib.repr(list(branches))}'
         )
     return names
 

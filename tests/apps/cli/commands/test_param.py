@@ -122,7 +122,7 @@ def test_a_file_is_loaded_as_far_as_it_fits(shelf: CommandLine, tmp_path: Path) 
     [
         (b'{a: [}', 'that is not YAML: '),
         (b'- 1', 'a parameter file holds names of nodes, each with ros__parameters; not [1]'),
-        (b'/a: {ros__parameters: {a: 1}}', 'does not contain selected parameters: none are for /n'),
+        (b'/a: {ros__parameters: {a: 1}}', 'Param file does not contain parameters for /n'),
         (b'/n: 3', 'YAML file is not a valid ROS parameter file for node /n'),
         (b'\xff', 'is not a text in UTF-8'),
         (b'/n: &a {ros__parameters: {b: *a}}', 'that is nested too deeply'),
@@ -139,7 +139,7 @@ def test_a_file_may_be_for_all_nodes_alone(tmp_path: Path) -> None:
     file = tmp_path / 'all.yaml'
     file.write_text('/**: {ros__parameters: {a: x}}')
     assert values_from_yaml_file(str(file), '/n', use_wildcard=True) == {'a': 'x'}
-    with pytest.raises(FileShapeError, match='none are for /n'):
+    with pytest.raises(FileShapeError, match='does not contain parameters for /n'):
         values_from_yaml_file(str(file), '/n', use_wildcard=False)
 
 
