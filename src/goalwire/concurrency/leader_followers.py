@@ -135,7 +135,7 @@ class WireSet(Protocol):
         """Return a descriptor that is readable if `wait` would find an event; None if there is none."""
 
     def next_due(self) -> float:
-        """Return the time of the next timer, on the monotonic clock: `wait` finds it then at the latest."""
+        """Return when the next timer is due, on the monotonic clock; `wait` returns no later than that."""
 
     def serve(self, found: int) -> None:
         """Deliver the events that the last `wait` has found."""

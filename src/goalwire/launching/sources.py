@@ -361,7 +361,7 @@ class IncludeLaunchDescription(Action):
             (perform_text(context, name), normalize_to_list_of_substitutions(value))
             for name, value in self._arguments
         ]
-        if self.location is not None:  # not for the outermost file: its error names the argument's line
+        if self.location is not None:  # an error of the outermost file names the argument's line by itself
             self._check_required(context, description, {name for name, _ in given})
         sets: list[LaunchDescriptionEntity] = []
         for name, value in given:

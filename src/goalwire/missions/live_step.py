@@ -111,9 +111,9 @@ class LiveStep:
         self._ignores_stop = True
 
     async def until_stopped(self, awaitable: Awaitable[T], *, is_limited: bool = True) -> T:
-        """Wait for something; raises Interrupted if the mission is stopped, or the step's time is over.
+        """Wait for something; raises Interrupted if the mission is stopped.
 
-        Unless `is_limited` is set, waiting may take longer than the step's time limit.
+        With `is_limited`, it is also raised when the step's time limit is over.
         """
         task = asyncio.ensure_future(awaitable)
         stop = asyncio.ensure_future(self._run.stop_requested.wait())

@@ -59,7 +59,7 @@ class ClientWatch:
         self._later(self._begin if self._grace_ns else self._lost, client)
 
     def _begin(self, client: bytes) -> None:
-        """Let the grace of a client begin."""
+        """Begin the grace period of a lost client: its goals end if nobody attaches to them in time."""
         self._gone(client)
         with self._lock:
             heappush(self._due, (self._now() + self._grace_ns, client))

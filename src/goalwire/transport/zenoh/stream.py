@@ -116,7 +116,7 @@ class StreamState(Generic[T]):
                 self._emit(item)
 
     def _take_held_before(self, gid: bytes, number: int) -> None:
-        """Emit a publisher's waiting messages with lower numbers than its answer `number`."""
+        """Emit the held live messages that come before `number`, a message of the publisher's history."""
         before: list[tuple[int, bytes, T]] = []
         rest: list[tuple[int, bytes, T]] = []
         for each in self._held:

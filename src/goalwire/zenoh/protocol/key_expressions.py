@@ -222,7 +222,8 @@ def _texts_meet(one: str, other: str) -> bool:
 def _text_covers(wide: str, narrow: str) -> bool:
     """Return whether all texts that match `narrow` match `wide`, which has `$*`.
 
-    A `$*` of `narrow` is treated as plain text. Only a `$*` of `wide` covers it: no part contains a '$'.
+    A `$*` in `narrow` is treated as plain text. Only a `$*` in `wide` can match it, since the pieces of
+    `wide` between its `$*` contain no '$'.
     """
     first, *parts, last = wide.split(ANY_TEXT)
     end = len(narrow) - len(last)

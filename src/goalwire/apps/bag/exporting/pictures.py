@@ -103,7 +103,7 @@ def _pixels(message: Any) -> np.ndarray[Any, Any]:
     picture = bridge.imgmsg_to_cv2(message)
     encoding = encoding_of(message.encoding)
     if not picture.size:
-        raise ValueError('they have no pixels')
+        raise ValueError('the pictures have no pixels: width or height is 0')
     if encoding.depth not in {'8U', '16U'}:
         raise ValueError(f'PNG cannot hold the numbers of {encoding.name}')
     kind = encoding.kind or _BY_OPENCV.get(encoding.channels, '')

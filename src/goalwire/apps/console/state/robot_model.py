@@ -159,7 +159,8 @@ def mesh_file(name: str) -> Path:
         raise RemoteError(f"the package '{package[:80]}' is not installed here") from None
     file = (share / inner).resolve()
     if not file.is_relative_to(share) or file.suffix.lower() not in MESH_SUFFIXES:
-        raise RemoteError(f'{name[:80]!r} is not a mesh of the package: {", ".join(sorted(MESH_SUFFIXES))}')
+        ends = ', '.join(sorted(MESH_SUFFIXES))
+        raise RemoteError(f'{name[:80]!r} is not a mesh file of its package; meshes end in {ends}')
     if not file.is_file() or file.stat().st_size > MOST_MESH_BYTES:
         raise RemoteError(f'{name[:80]!r} is not there, or too large')
     return file

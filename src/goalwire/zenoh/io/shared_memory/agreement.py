@@ -184,7 +184,7 @@ class Agreement:
             partner.segment.close()
 
     def _meet(self, read_number: Callable[[], int]) -> Partner | None:
-        """Open the other side's segment; None if it cannot be read or may not share memory."""
+        """Open the other side's segment; None if it cannot be read, or that side may not share memory."""
         try:
             partner = read_partner(read_number())
         except (OSError, ValueError, ZenohProtocolError):

@@ -159,7 +159,7 @@ class MemoryReader:
                 raise ZenohProtocolError('it sent a pointer, although this side cannot read pointers')
             return self._take_foreign(metadata, metadata.atomic(self._make_atomic), pointer)
         except (OSError, ValueError) as error:
-            raise ZenohProtocolError(f'its shared memory cannot be read: {error}') from None
+            raise ZenohProtocolError(f"the sender's shared memory cannot be read: {error}") from None
         finally:
             if self._lent_counters is not None:
                 self._lent_counters.fetch_sub_u32(layout.COUNTERS_AT + 4 * self._counters[priority], 1)
@@ -194,7 +194,7 @@ class MemoryReader:
         return memoryview(mapped)[offset - start :]
 
     def _take_foreign(self, metadata: Metadata, atomic: AtomicView, pointer: Pointer) -> bytes | None:
-        """Copy a chunk of a writer that reuses chunks after a timeout, which the watchdog bit starts anew."""
+        """Copy a chunk whose writer reuses it after a timeout; setting the watchdog bit restarts it."""
         if pointer.header >= layout.HEADERS:
             raise ValueError(f'header {pointer.header} of {layout.HEADERS}')
         atomic.fetch_or_u64(layout.WATCHDOGS_AT + pointer.header // 64 * 8, 1 << pointer.header % 64)

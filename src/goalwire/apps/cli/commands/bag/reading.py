@@ -33,6 +33,8 @@ def open_bag(arguments: Namespace) -> Reader:
         found = bag.facts.storage
         bag.close()
         raise CommandError(
-            Outcome.BAD_VALUE, f"'{arguments.bag_path}' has the storage {found}", 'leave --storage out'
+            Outcome.BAD_VALUE,
+            f"the storage of '{arguments.bag_path}' is {found}, not {arguments.storage}",
+            'leave --storage out',
         )
     return bag
