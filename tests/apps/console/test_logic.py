@@ -201,6 +201,8 @@ def test_a_browser_that_does_not_answer_is_sent_no_second_refresh() -> None:
     class Silent(nullcontext[None]):
         """A browser that answers the fourth time it is asked."""
 
+        request = None
+
         async def connected(self) -> None:
             pass
 
@@ -217,7 +219,9 @@ def test_a_browser_that_does_not_answer_is_sent_no_second_refresh() -> None:
         nonlocal refreshed
         refreshed += 1
 
-    page = Page(cast('Any', Silent()), cast('Any', None))
+    everybody = SimpleNamespace(problem=lambda: '')
+    session = SimpleNamespace(rights_of=lambda _who: everybody)
+    page = Page(cast('Any', Silent()), cast('Any', session))
     page.header = refresh
     asyncio.run(page.pace())
     assert (asked, refreshed) == (4, 1)

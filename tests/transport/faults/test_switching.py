@@ -62,7 +62,8 @@ def test_every_method_of_the_contract_is_wrapped(interface: type) -> None:
 
 def test_a_session_tells_of_itself_what_the_wires_own_tells() -> None:
     inner = TRANSPORT.open(SessionOptions())
-    told = {'enforces_qos': True, 'compares_definitions': False, 'id': 'its own', 'wire_poller': Mock()}
+    told = {'enforces_qos': True, 'compares_definitions': False, 'id': 'its own'}
+    told |= {'refusals': Mock(), 'wire_poller': Mock()}
     assert set(told) == set(contract.Session.__annotations__) | {'enforces_qos', 'compares_definitions'}
     vars(inner).update(told)
     session = FaultySession(inner, Faults())

@@ -125,6 +125,7 @@ class FaultySession(Session):
         self.discovers_at_once = inner.discovers_at_once
         self.knows_its_peers = inner.knows_its_peers
         self.compares_definitions = inner.compares_definitions
+        self.refusals = inner.refusals
         self.wire_poller = inner.wire_poller
         self._lock = Lock()
         self._nodes: tuple[FaultyNode, ...] = ()
