@@ -69,7 +69,8 @@ class OnnxWalker:
         if self._due <= 0.0:
             self._due += PERIOD
             seen = self.observe(sensed, angles, speeds).astype(np.float32)[None]
-            self._action = self._policy.run(None, {self._input: seen})[0][0].astype(float)
+            (actions,) = self._policy.run(None, {self._input: seen})
+            self._action = np.asarray(actions, dtype=float)[0]
             if not np.isfinite(self._action).all():
                 raise ValueError('the policy returned a number that is not finite')
         target = self._stand + SCALE * self._action

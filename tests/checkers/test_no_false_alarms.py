@@ -70,6 +70,8 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     code = code_of_notebook(DOCS / 'course' / 'services-and-actions.ipynb')
     (folder / 'notebook.py').write_text(code, encoding='utf-8')
     shutil.copy(Path(__file__).with_name('programs') / 'ordinary_node.py', folder)
+    # Beside the programs, as in a workspace: else pyrefly takes its source and its installed copy for two.
+    shutil.copytree(ROOT / 'robot' / 'humanoid' / 'humanoid', folder / 'humanoid')
     write_stubs(folder, ['humanoid_interfaces'])
     (folder / 'pyrefly.toml').touch()  # without one pyrefly looks for little
     return folder

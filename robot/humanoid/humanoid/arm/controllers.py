@@ -77,12 +77,12 @@ class Controller:
     def busy(self) -> bool:
         return self._running is not None
 
-    def tick(self, moment: float) -> None:
+    def tick(self) -> None:
         run = self._running
         if run is None:
             return
         with or_abort(self._node, self.end):
-            self._follow_up(run, moment)
+            self._follow_up(run)
             if run is self._running and run.goal.is_cancel_requested:
                 self.end(Ending(End.CANCELED, 'Goal canceled'))
 
@@ -123,7 +123,7 @@ class Controller:
     def _begin(self, run: Run, moment: float) -> None:
         raise NotImplementedError
 
-    def _follow_up(self, run: Run, moment: float) -> None:
+    def _follow_up(self, run: Run) -> None:
         raise NotImplementedError
 
     def _result(self, run: Run, ending: Ending) -> object:
@@ -140,7 +140,7 @@ class TrajectoryController(Controller):
         run.following = Following(run.goal.request, self._limbs.samples(self.joints), moment)
         self._limbs.send(run.goal.request.trajectory)
 
-    def _follow_up(self, run: Run, _moment: float) -> None:
+    def _follow_up(self, run: Run) -> None:
         following, limbs = run.following, self._limbs
         assert following is not None
         feedback = FollowJointTrajectory.Feedback()
@@ -204,8 +204,8 @@ class GripperController(Controller):
             trajectory[0].effort = [min(command.max_effort, spec.max_effort)]
         self._limbs.send(JointTrajectory(joint_names=[self._joint], points=trajectory))
 
-    def _follow_up(self, run: Run, moment: float) -> None:
-        limbs, spec = self._limbs, JOINT_BY_NAME[self._joint]
+    def _follow_up(self, run: Run) -> None:
+        limbs, spec, moment = self._limbs, JOINT_BY_NAME[self._joint], now(self._node)
         if abs(limbs.speeds.get(self._joint, 0.0)) > MOVING_SPEED:
             run.moved, run.sights = moment, limbs.sights
         reached = abs(limbs.here[self._joint] - run.target) <= spec.arrived_within

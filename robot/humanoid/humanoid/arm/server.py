@@ -197,14 +197,13 @@ class ArmActionServer(Node):
         return result
 
     def _tick(self) -> None:
-        moment = now(self)
         self._limbs.look()
         for reach in self._reaches.values():
             if not reach.decision.made:
                 with or_abort(self, partial(self._end, reach)):
                     self._follow_up(reach)
         for controller in self._controllers.values():
-            controller.tick(moment)
+            controller.tick()
 
     def _follow_up(self, reach: Reach) -> None:
         motion, here = reach.motion, self._limbs.here
