@@ -58,6 +58,7 @@ lint: $(VENV)/.dev
 types: $(VENV)/.dev
 	$(BIN)/python -m goalwire.idl.stubs typings humanoid_interfaces
 	$(BIN)/mypy
+	$(BIN)/python -m pytest -q -m long tests/checkers/test_no_false_alarms.py
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
