@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import gc
+import os
 import socket
 import sys
 import threading
 from contextlib import suppress
-from pathlib import Path
 
 from helpers.patience import PATIENCE
 
@@ -27,17 +27,18 @@ def open_descriptors() -> set[str]:
     if sys.platform != 'linux':
         return set()
     found = set()
-    for descriptor in Path('/proc/self/fd').iterdir():
+    # Twice a test: with paths it would take a millisecond.
+    for descriptor in os.listdir('/proc/self/fd'):  # noqa: PTH208
         try:
-            target = str(descriptor.readlink())
+            target = os.readlink(f'/proc/self/fd/{descriptor}')  # noqa: PTH115
         except FileNotFoundError:
             continue  # the descriptor of the listing itself
         if target.startswith('socket:'):
-            if not _is_network_socket(int(descriptor.name)):
+            if not _is_network_socket(int(descriptor)):
                 continue
         elif target.startswith('anon_inode:'):
             continue
-        found.add(f'{descriptor.name} -> {target}')
+        found.add(f'{descriptor} -> {target}')
     return found
 
 
