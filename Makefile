@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+# Python compiles what it imports: pip would compile each file of each library, which takes half a minute.
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 RMW ?= rmw_zenoh_cpp
 PHYSICS ?= 0
 comma := ,
@@ -9,7 +11,7 @@ empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
 EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
 
-.PHONY: dist site demo set-up test test-again quick long fuzz lint types bench bench-curves bench-peers bench-short clean reliability zenoh-versions
+.PHONY: dist site demo set-up test test-again quick long fuzz lint types mypy typings bench bench-curves bench-peers bench-short checkers clean reliability zenoh-versions
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
@@ -47,7 +49,7 @@ long: $(VENV)/.dev
 	$(BIN)/python -m pytest -m long --durations 0
 
 fuzz: $(VENV)/.dev
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[fuzz]'
+	$(INSTALL) -e '.[fuzz]'
 	$(BIN)/python tests/fuzz --seconds $(or $(SECONDS),60)
 
 lint: $(VENV)/.dev
@@ -55,10 +57,17 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-cache
 
-types: $(VENV)/.dev
-	$(BIN)/python -m goalwire.idl.stubs typings humanoid_interfaces
+# make -j2 runs both at once.
+types: mypy checkers
+
+mypy: typings
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q -m long tests/checkers/test_no_false_alarms.py
+
+checkers: typings
+	$(BIN)/python -m pytest -q -n 2 -m long tests/checkers/test_no_false_alarms.py
+
+typings: $(VENV)/.dev
+	$(BIN)/python -m goalwire.idl.stubs typings humanoid_interfaces
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
@@ -77,11 +86,11 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.run-$(RMW)$(if $(VIEW),-view): pyproject.toml $(ROBOT) | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.$(EXTRA)' ./robot/humanoid
+	$(INSTALL) -e '.$(EXTRA)' ./robot/humanoid
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml $(ROBOT) | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' ./robot/humanoid
+	$(INSTALL) -e '.[dev]' ./robot/humanoid
 	@touch $@
 
 # Every release of eclipse-zenoh from 1.5 on; some 15 s each.
