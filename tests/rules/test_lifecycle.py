@@ -71,7 +71,8 @@ def test_the_states_are_those_of_ros_2_in_its_order() -> None:
 
 
 def test_a_node_begins_unconfigured() -> None:
-    assert LifecycleMachine().current_state == (1, 'unconfigured')
+    state = LifecycleMachine().state
+    assert (state.state_id, state.label) == (1, 'unconfigured')
 
 
 @pytest.mark.parametrize('state', STATES, ids=lambda state: state.label)

@@ -149,14 +149,6 @@ class LifecycleMachine:
         self.state = UNCONFIGURED
 
     @property
-    def current_state(self) -> tuple[int, str]:
-        """The state's id and label.
-
-        Programs read rclpy's `node._state_machine.current_state`, since a node has no public name for it.
-        """
-        return self.state.state_id, self.state.label
-
-    @property
     def possible(self) -> list[Transition]:
         """The transitions that are possible in the present state."""
         return [transition for transition in TRANSITIONS if transition.start == self.state]

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lifecycle_msgs.msg import TransitionDescription
     from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 
+    from goalwire.entities.service import ServiceCore
     from goalwire.execution.callback_groups import CallbackGroup
 
 
@@ -183,9 +184,13 @@ class LifecycleServices:
         self._machine = core.machine
         self._logger = get_logger(core.node.logger_name)
 
-    def offer(self, group: CallbackGroup | None) -> None:
-        """Make the services, in ROS 2's order, in a callback group; None: in the node's default one."""
-        node = self._core.node
+    def offer(self, group: CallbackGroup | None) -> list[ServiceCore]:
+        """Make the five services in a callback group (None: the node's default one); return them.
+
+        Their order is ROS 2's: change_state, get_state, get_available_states, get_available_transitions,
+        get_transition_graph.
+        """
+        node, services = self._core.node, []
         for service, type_name, answer in (
             ('change_state', 'ChangeState', self._change_state),
             ('get_state', 'GetState', self._get_state),
@@ -194,7 +199,9 @@ class LifecycleServices:
             ('get_transition_graph', 'GetAvailableTransitions', self._get_graph),
         ):
             support = standard_service(f'lifecycle_msgs/srv/{type_name}')
-            node.make_service(support, f'{node.name.qualified}/{service}', answer, SERVICES_DEFAULT, group)
+            name = f'{node.name.qualified}/{service}'
+            services.append(node.make_service(support, name, answer, SERVICES_DEFAULT, group))
+        return services
 
     def _change_state(
         self, request: ChangeState.Request, response: ChangeState.Response

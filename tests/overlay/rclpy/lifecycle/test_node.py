@@ -279,6 +279,27 @@ def test_a_node_and_the_mixin_make_a_managed_node_too(context: Context) -> None:
     assert Mixed().trigger_configure() is SUCCESS
 
 
+@pytest.mark.parametrize('offered', [True, False])
+def test_the_state_machine_has_the_services_that_are_offered(offered: bool, context: Context) -> None:
+    node = LifecycleNode('lamp', enable_communication_interface=offered, context=context)
+    machine = node._state_machine
+    services = [
+        machine.service_change_state,
+        machine.service_get_state,
+        machine.service_get_available_states,
+        machine.service_get_available_transitions,
+        machine.service_get_transition_graph,
+    ]
+    assert [service is not None for service in services] == [offered] * 5
+
+
+def test_a_communication_interface_must_be_a_bool(context: Context) -> None:
+    with pytest.raises(
+        TypeError, match='enable_communication_interface of a lifecycle node: expected bool, got str'
+    ):
+        LifecycleNode('lamp', enable_communication_interface='no', context=context)  # type: ignore[arg-type]
+
+
 # -- managed entities ----------------------------------------------------------------------------------------
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity
@@ -11,6 +12,7 @@ from goalwire.rules.lifecycle import (
     CLEANUP,
     CONFIGURE,
     DEACTIVATE,
+    LifecycleMachine,
     LifecycleState,
     TransitionCallbackReturnType,
 )
@@ -21,12 +23,35 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 if TYPE_CHECKING:
+    from goalwire.entities.service import ServiceCore
     from rclpy.callback_groups import CallbackGroup
     from rclpy.qos import QoSProfile
 
 __all__ = ['LifecycleNode', 'LifecycleNodeMixin', 'LifecycleState', 'TransitionCallbackReturn']
 
 MsgT = TypeVar('MsgT')
+
+
+class StateMachine:
+    """What programs read of rclpy's `node._state_machine`: a node has no public name for it.
+
+    The services are None if the node has no communication interface.
+    """
+
+    def __init__(self, machine: LifecycleMachine, services: Sequence[ServiceCore | None]) -> None:
+        self._machine = machine
+        (
+            self.service_change_state,
+            self.service_get_state,
+            self.service_get_available_states,
+            self.service_get_available_transitions,
+            self.service_get_transition_graph,
+        ) = services
+
+    @property
+    def current_state(self) -> tuple[int, str]:
+        """The present state's id and label."""
+        return self._machine.state.state_id, self._machine.state.label
 
 
 class LifecycleNodeMixin(ManagedEntity):
@@ -40,13 +65,22 @@ class LifecycleNodeMixin(ManagedEntity):
     def __init__(
         self, *, enable_communication_interface: bool = True, callback_group: CallbackGroup | None = None
     ) -> None:
-        """Publish transition events; offer services if `enable_communication_interface` is true."""
+        """Publish transition events; offer services if `enable_communication_interface` is true.
+
+        Raises TypeError if it is not a bool.
+        """
+        if not isinstance(enable_communication_interface, bool):
+            raise TypeError(
+                f'enable_communication_interface of a lifecycle node: expected bool, '
+                f'got {type(enable_communication_interface).__name__}'
+            )
         node = self._ros_as_node()
         clock = node.get_clock()
         self._ros_lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
-        self._state_machine = self._ros_lifecycle.machine  # programs read `_state_machine.current_state`
+        services: Sequence[ServiceCore | None] = [None] * 5
         if enable_communication_interface:
-            LifecycleServices(self._ros_lifecycle).offer(callback_group)
+            services = LifecycleServices(self._ros_lifecycle).offer(callback_group)
+        self._state_machine = StateMachine(self._ros_lifecycle.machine, services)
 
     def _ros_as_node(self) -> Node:
         return cast('Node', self)
