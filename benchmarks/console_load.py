@@ -62,6 +62,7 @@ async def main():
 
 asyncio.run(main())
 """
+_CHROMIUM = shutil.which('chromium-headless-shell') or shutil.which('chromium')
 FLAGS = ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']
 FRAMES = """async (seconds) => {
   const took = [], changes = []; let last = performance.now(); const end = last + seconds * 1000;
@@ -155,7 +156,7 @@ def _text(payload: bytes) -> bytes:
 def stopped_browser(driver: Playwright, url: str) -> Iterator[None]:
     """Open the page in a Chromium of its own, and stop all its processes."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        command = [str(shutil.which('chromium')), '--headless=new', *FLAGS, f'--user-data-dir={folder}']
+        command = [str(_CHROMIUM), '--headless=new', *FLAGS, f'--user-data-dir={folder}']
         process = subprocess.Popen(
             [*command, '--remote-debugging-port=0', 'about:blank'],
             stderr=subprocess.PIPE,
@@ -279,7 +280,7 @@ def main() -> int:
         assert console.stdout is not None
         url = json.loads(console.stdout.readline())['url']
         driver = ends.enter_context(sync_playwright())
-        browser = driver.chromium.launch(executable_path=shutil.which('chromium'), args=FLAGS)
+        browser = driver.chromium.launch(executable_path=_CHROMIUM, args=FLAGS)
         ends.callback(browser.close)
         bench = Bench(url, Server(console.pid), browser, arguments.seconds)
         if arguments.browsers:

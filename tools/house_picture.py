@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from contextlib import ExitStack
 
-from tools.console_picture import FLAGS, MOST_BYTES, PATIENCE_MS, ROOT
+from tools.console_picture import CHROMIUM, FLAGS, MOST_BYTES, PATIENCE_MS, ROOT
 
 PICTURE = ROOT / 'docs' / 'how-to' / 'house.png'
 GOAL = ('1.55', '5.0')  # through the door of the living room, into the corridor
@@ -62,7 +61,7 @@ def main() -> int:
         while 'Navigator ready' not in robot.stdout.readline():
             assert robot.poll() is None, 'the robot has ended'
         driver = ends.enter_context(sync_playwright())
-        browser = driver.chromium.launch(executable_path=shutil.which('chromium'), args=FLAGS)
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         ends.callback(browser.close)
         page = browser.new_page(viewport={'width': 1280, 'height': 800})
         page.set_default_timeout(PATIENCE_MS)

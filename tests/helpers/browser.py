@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import pytest
 
-from tools.console_picture import FLAGS
-
-_CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
+from tools.console_picture import CHROMIUM, FLAGS
 
 
 @contextmanager
 def chromium() -> Iterator[Any]:
     """Run it for as long as the block lasts; the test is skipped where there is none."""
     playwright = pytest.importorskip('playwright.sync_api')
-    if _CHROMIUM is None:
+    if CHROMIUM is None:
         pytest.skip('there is no Chromium here')
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=_CHROMIUM, args=FLAGS)
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
         browser.close()
