@@ -15,7 +15,7 @@ from goalwire.apps.course.exercises import EXERCISES, Exercise
 
 
 class Mistake(NamedTuple):
-    """A mistake in a program: `right` of the solution is `wrong` there; `told` is in the message."""
+    """A mistake in a program: `right` of the solution is `wrong` there; `told` is in what is said."""
 
     name: str
     right: str
@@ -59,10 +59,43 @@ MISTAKES = {
             'measured once',
             'hours = (time.monotonic() - self._began) / 3600.0',
             'hours = 0.0',
-            'charge is the same',
+            'charge is still the same',
         ),
         Mistake('no spin', 'rclpy.spin(node)', 'node.destroy_node()', 'ended with exit code 0'),
         Mistake('a syntax error', 'def main():', 'def main()', 'ended with exit code 1'),
+        Mistake(
+            'an answer of its own',
+            '        return response\n',
+            '        return GetBatteryStatus.Response()\n',
+            'the battery in the answer is empty',
+        ),
+        Mistake(
+            'request and response swapped',
+            'def answer(self, request, response)',
+            'def answer(self, response, request)',
+            "'GetBatteryStatus_Request' object has no attribute 'battery'",
+        ),
+        Mistake(
+            'no request',
+            'def answer(self, request, response)',
+            'def answer(self, response)',
+            'def answer(self, request, response)',
+        ),
+        Mistake(
+            'called at once',
+            ', self.answer)',
+            ', self.answer())',
+            'BatteryService.answer() missing 2 required positional arguments',
+        ),
+        Mistake(
+            'a float',
+            'int(charge / Battery.CURRENT * 3600.0)',
+            'charge / Battery.CURRENT * 3600.0',
+            'time_remaining.sec: expected int',
+        ),
+        Mistake(
+            'no base class', "        super().__init__('battery_service')\n", '', 'must call super().__init__'
+        ),
     ],
     'arm_server': [
         Mistake(
@@ -143,6 +176,35 @@ MISTAKES = {
             'begin = [0.0 for name in goal.joint_names]',
             'the next goal begins at',
         ),
+        Mistake('another action', "'move_arm'", "'arm'", "serves no action 'move_arm'; it serves: /arm"),
+        Mistake(
+            'one joint of two',
+            '[self.positions[name] for name in goal.joint_names]\n            goal',
+            '[0.0]\n            goal',
+            'and 1 positions',
+        ),
+        Mistake('one step', 'time.sleep(STEP)', 'time.sleep(goal.duration)', '1 feedback messages came'),
+        Mistake(
+            'a lost result',
+            "return self.result(goal, True, 'arrived')",
+            "self.result(goal, True, 'arrived')",
+            'its result has success=False',
+        ),
+        Mistake(
+            'lengths',
+            '            and len(goal.joint_names) == len(goal.positions)\n',
+            '',
+            'two joints and one position is accepted',
+        ),
+        Mistake(
+            'a bool',
+            'return GoalResponse.ACCEPT if good else GoalResponse.REJECT',
+            'return good',
+            'a good goal is refused',
+        ),
+        Mistake(
+            'no canceled', '                goal_handle.canceled()\n', '', 'a cancelled goal ends ABORTED'
+        ),
     ],
     'mission_client': [
         Mistake(
@@ -198,6 +260,43 @@ MISTAKES = {
             'pass',
             'the arm still moves',
         ),
+        Mistake(
+            'never spun',
+            '        rclpy.spin_until_future_complete(self, future)\n        return future.result().battery',
+            '        return future.result().battery',
+            "'NoneType' object has no attribute 'battery'",
+        ),
+        Mistake(
+            'call',
+            'self.battery.call_async(',
+            'self.battery.call(',
+            'give the future that call_async() returns',
+        ),
+        Mistake(
+            'goal first',
+            '        charge = self.ask_for_charge()\n',
+            '        self.send_goal()\n        charge = self.ask_for_charge()\n',
+            'before the battery was known',
+        ),
+        Mistake(
+            'the message of feedback',
+            'message.feedback.fraction_done',
+            'message.fraction_done',
+            "has no attribute 'fraction_done'",
+        ),
+        Mistake('no list', 'positions=[1.0]', 'positions=1.0', 'write positions=[1.0]'),
+        Mistake(
+            'two goals',
+            'return self.follow(goal_handle)',
+            'self.send_goal()\n        return self.follow(goal_handle)',
+            '2 goals were sent',
+        ),
+        Mistake(
+            'another status',
+            '== GoalStatus.STATUS_SUCCEEDED',
+            '== 1',
+            'all went well, but the exit code is 1',
+        ),
     ],
     'reliable_client': [
         Mistake('no limit', ', timeout_sec=ANSWERS_WITHIN', '', 'has not ended'),
@@ -218,6 +317,22 @@ MISTAKES = {
             '',
             'exception',
         ),
+        Mistake('three attempts', 'ATTEMPTS = 4', 'ATTEMPTS = 3', '3 requests came instead of 4'),
+        Mistake(
+            'no request',
+            'GetBatteryStatus.Request()',
+            'GetBatteryStatus()',
+            'write GetBatteryStatus.Request()',
+        ),
+        Mistake(
+            'once more',
+            'return answer.battery.percentage',
+            'self.try_once()\n                return answer.battery.percentage',
+            '2 requests came instead of 1',
+        ),
+        Mistake('a part of 1', '{charge:.0%}', '{charge}', 'does not show it'),
+        Mistake('shorter pauses', 'pause *= 2', 'pause /= 2', 'the pauses do not grow'),
+        Mistake('a thousand times', 'ATTEMPTS = 4', 'ATTEMPTS = 1000', 'requests came until then'),
     ],
 }
 """The mistakes of each exercise."""
@@ -255,8 +370,8 @@ def _names(value: object) -> str:
 @pytest.mark.parametrize(('exercise', 'mistake'), ALL[:3], ids=_names)
 def test_a_wrong_program_is_told_what_is_wrong(exercise: Exercise, mistake: Mistake, tmp_path: Path) -> None:
     report = _check_wrong(exercise, mistake, tmp_path)
-    assert mistake.told in report.problem
     assert report.advice
+    assert mistake.told in f'{report.problem}\n{report.advice}'
 
 
 @pytest.mark.long

@@ -90,6 +90,9 @@ class Student:
         with suppress(ProcessLookupError):
             self._process.kill()
         await self._end
+        return self._find_failure()
+
+    def _find_failure(self) -> Failure | None:
         return find_failure(self.output, self._file.name)
 
     async def during(self, waiting: Coroutine[Any, Any, T], doing: str) -> T:
@@ -103,7 +106,7 @@ class Student:
         code = self._end.result()
         question = 'is rclpy.spin(node) there, and not spin_once? ' if code == 0 else ''
         problem = f'the program ended with exit code {code} while it should {doing}'
-        if failure := find_failure(self.output, self._file.name):
+        if failure := self._find_failure():
             raise Wrong(f'{problem}: {failure.text}', failure.advice or 'mend what raises it')
         raise Wrong(
             problem,
@@ -131,8 +134,8 @@ class Student:
         if not done:
             raise Wrong(f'the program has not ended after {within:g} s', advice())
         if 'Traceback (most recent call last)' in self.output:
-            raise Wrong(
-                'the program ended with an exception that nothing caught',
-                f'the end of what it printed:\n{self.last_lines()}',
-            )
+            problem, failure = 'the program ended with an exception that nothing caught', self._find_failure()
+            if failure is not None and failure.advice:
+                raise Wrong(f'{problem}: {failure.text}', failure.advice)
+            raise Wrong(problem, f'the end of what it printed:\n{self.last_lines()}')
         return self._end.result()

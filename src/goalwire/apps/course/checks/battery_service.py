@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import re
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -72,6 +73,11 @@ async def _explain(student: Student, error: goalwire.CallError) -> Wrong:
             'the callback failed, so the client got no answer: it returned None',
             '`return response` is missing at its end, or on one of its ways out',
         )
+    if re.search(r'takes \d+ positional arguments? but \d+ were given', failure.text):
+        return Wrong(
+            f'the callback failed, so the client got no answer: {failure.text}',
+            'a service callback gets the request and the response: def answer(self, request, response)',
+        )
     return Wrong(
         f'the callback failed, so the client got no answer: {failure.text}',
         failure.advice or 'look where the callback sets the field that the message names',
@@ -80,6 +86,11 @@ async def _explain(student: Student, error: goalwire.CallError) -> Wrong:
 
 def _judge_battery(answer: GetBatteryStatus.Response) -> None:
     battery = answer.battery
+    if battery == type(battery)():
+        raise Wrong(
+            'the battery in the answer is empty',
+            'fill the response that the callback gets, and return that one: response.battery = state',
+        )
     if not battery.present:
         raise Wrong('battery.present is False', 'the robot has its battery: set it to True')
     if battery.header.stamp.sec == 0:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 SERVICE = 'get_battery_status'
 ATTEMPTS = 4
+ANSWERS_WITHIN = 0.5
 ENDS_WITHIN = 8.0
 """Seconds that the program may run after its node appeared; a correct one needs at most half of them."""
 
@@ -55,7 +56,7 @@ async def steps(file: Path) -> AsyncIterator[str]:
         _count(server, 3, 'the third request is answered')
         yield 'it asks again if no answer comes'
     async with _served(file, deaf=100) as (server, student):
-        await _insist_on_failure(student, 'no request is ever answered')
+        await _insist_on_failure(student, 'no request is ever answered', server)
         _count(server, ATTEMPTS, 'no request is ever answered')
         yield f'it gives up after {ATTEMPTS} attempts, and its exit code says so'
         gaps = server.gaps()
@@ -93,21 +94,26 @@ async def _insist_on_success(student: Student, case: str) -> None:
         raise Wrong('the answer says 42 %, and the program does not show it', 'print percentage as percent')
 
 
-async def _insist_on_failure(student: Student, case: str) -> None:
-    if await _end(student, case) == 0:
+async def _insist_on_failure(student: Student, case: str, server: Server | None = None) -> None:
+    if await _end(student, case, server) == 0:
         raise Wrong(f'{case}, and the exit code is 0', 'end with sys.exit(1) once all attempts have failed')
     if not student.output.strip():
         raise Wrong(f'{case}, and the program says nothing', 'tell the user what was tried, and how often')
 
 
-async def _end(student: Student, case: str) -> int:
-    return await student.wait(
-        ENDS_WITHIN,
-        lambda: (
+async def _end(student: Student, case: str, server: Server | None = None) -> int:
+    def advise() -> str:
+        if server is not None and len(server.times) > 1:
+            return (
+                f'{case}, and {len(server.times)} requests came until then: '
+                f'give up after {ATTEMPTS} attempts, and wait {ANSWERS_WITHIN:g} s at most for each answer'
+            )
+        return (
             f'{case}. Every wait needs a limit: wait_for_service(timeout_sec=…), '
             'spin_until_future_complete(node, future, timeout_sec=…)'
-        ),
-    )
+        )
+
+    return await student.wait(ENDS_WITHIN, advise)
 
 
 def _count(server: Server, wanted: int, case: str) -> None:
