@@ -49,6 +49,8 @@ def _unknown_field(found: re.Match[str], _frame: FrameType) -> str:
 
     made = getattr(sys.modules.get('goalwire.idl.classes'), 'made_classes', None)
     for fields in map(_fields_of, [] if made is None else made(found[1])):
+        if not fields:
+            return f'{found[1]} has no fields'
         near = get_close_matches(found[2].lower(), fields, n=1, cutoff=0.5)
         return f'{found[1]} has the fields {", ".join(fields)}; {did_you_mean(near)}'.rstrip('; ')
     return ''
