@@ -139,7 +139,7 @@ def test_it_is_dark_where_the_reader_wants_it_dark(browser: Any, address: str) -
     assert colours[0] != colours[1]
 
 
-@pytest.mark.parametrize('asked', ['QUESTIONS', 'WHERE_IS'])
+@pytest.mark.parametrize('asked', ['QUESTIONS', 'WHERE_IS', 'ONE_THING'])
 def test_the_search_answers_questions_with_the_right_page_first(
     browser: Any, address: str, asked: str
 ) -> None:

@@ -1,4 +1,4 @@
-"""Thirty questions to the site's search, and the pages that answer them; a test asks them all."""
+"""Three times thirty questions to the site's search, and the pages that answer them; a test asks them all."""
 
 from __future__ import annotations
 
@@ -75,3 +75,42 @@ WHERE_IS = {
     'where is cv_bridge': ['how-to/pictures'],
 }
 """The same for those who know the thing and look for its page."""
+
+ONE_THING = {
+    'where is the goal state machine explained': ['explanation/actions'],
+    'where is the uninstall or install size of dependencies': ['reference/dependencies'],
+    'where are fake clocks and virtual time': ['how-to/testing'],
+    'where is the fleet of robots': ['how-to/fleets', 'commands/fleet'],
+    'where is spin_until_future_complete in an asyncio program': ['how-to/rclpy-nodes-in-asyncio'],
+    'where is the walk through of the humanoid': ['how-to/robot'],
+    'where is late joiner and transient local': ['explanation/qos'],
+    'where is ros2 param documented': ['commands/param', 'reference/command-line'],
+    'where is ros2 topic hz': ['commands/topic', 'reference/command-line'],
+    'where is the command doctor': ['commands/doctor'],
+    'where are remapping arguments of a program': ['reference/arguments-of-programs'],
+    'where is fork and signal handling': ['explanation/process-life'],
+    'where is the free-threaded Python': ['explanation/memory-model'],
+    'where is the diagnostic updater': ['how-to/diagnostics'],
+    'where is rosout': ['how-to/logging'],
+    'where are topic statistics': ['how-to/statistics'],
+    'where is the solution of an exercise': ['course/exercises', 'commands/course'],
+    'where is the sequence diagram of an action': ['course/actions'],
+    "where is what changed in the chapter's programs": ['course/changes'],
+    'where is google colab': ['from-ros/macos-windows-colab'],
+    'where is roslibpy': ['from-ros/from-rosbridge', 'how-to/bridges'],
+    'where is ServerLostError': ['reference/errors', 'api/goalwire.errors', 'how-to/deadlines-and-failures'],
+    'where is the mission tutorial': ['tutorials/first-mission'],
+    'where is the decision about the site generator': ['adr/'],
+    'where is the RTPS discovery': ['explanation/rtps'],
+    'where is the zenoh router': [
+        'commands/router',
+        'explanation/zenoh',
+        'explanation/transport',
+        'how-to/real-robot',
+    ],
+    'where is the executor described': ['explanation/execution'],
+    'where is IncludeLaunchDescription supported': ['reference/launch-files'],
+    'where are the joints and services of the humanoid listed': ['reference/humanoid'],
+    'where is a real robot with a firewall': ['how-to/real-robot'],
+}
+"""The same for those who know one thing, such as a command, an error or a package, and look for its page."""
