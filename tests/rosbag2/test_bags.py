@@ -35,8 +35,9 @@ from goalwire.errors import BagError, InterfaceError
 from goalwire.idl import type_hash
 from goalwire.rosbag2.mcap_reader import McapReader
 from goalwire.rosbag2.metadata import read_metadata
-from goalwire.rosbag2.model import Message, Schema
+from goalwire.rosbag2.model import Message, Schema, Topic
 from goalwire.rosbag2.reader import Reader
+from goalwire.rosbag2.types import class_of
 from goalwire.rosbag2.writer import Writer
 from goalwire.rules.qos import QoS
 
@@ -303,6 +304,36 @@ def _fill(bag: Writer) -> None:
         bag.write(NUMBERS, number(value) + bytes(1000), START + value)
 
 
+def test_a_file_with_any_broken_byte_is_read_or_refused(tmp_path: Path) -> None:
+    (file,) = files_of(write_bag(tmp_path / 'bag'))
+    whole = file.read_bytes()
+    random = Random(1)
+    outcomes = set()
+    for _ in range(300):
+        broken = bytearray(whole)
+        for _ in range(random.choice([1, 3, 20])):
+            broken[random.randrange(len(whole) // 2, len(whole))] = random.randrange(256)
+        file.write_bytes(broken)
+        try:
+            outcomes.add(len(contents(file)))
+        except BagError:
+            outcomes.add(-1)
+    assert outcomes >= {-1, 110}
+    assert max(outcomes) == 110, 'no message is read twice'
+
+
+def test_a_file_whose_metadata_are_broken_is_read_without_its_summary(tmp_path: Path) -> None:
+    (file,) = files_of(write_bag(tmp_path / 'bag'))
+    whole = file.read_bytes()
+    at = whole.rindex(b'serialized_metadata') + len(b'serialized_metadata') + 5
+    file.write_bytes(whole[:at] + b'\xdd' + whole[at + 1 :])
+    assert contents(file) == expected()
+    with Reader(file) as bag:
+        assert bag.counts == {NUMBERS: 100, WORDS: 10}
+        (problem,) = bag.problems
+        assert 'its summary is broken' in problem
+
+
 def test_a_full_disk_costs_what_has_no_room(tmp_path: Path, limit_files: Callable[[int], None]) -> None:
     with Writer(tmp_path / 'bag') as bag:
         add_topics(bag)
@@ -373,6 +404,13 @@ def test_unknown_types_are_recorded_and_defined_by_the_bag(tmp_path: Path) -> No
         with pytest.raises(InterfaceError):
             list(read.decoded(['/nowhere']))
         assert [m.data for m in read.messages(['/nowhere'])] == [b'\0\1\0\0\1']
+
+
+@pytest.mark.parametrize('name', ['std_msgs/csg/Word', 'std_msgs/Word', 'Word', 'a/b/c/Word'])
+def test_a_type_whose_name_is_broken_is_told(name: str) -> None:
+    topic = Topic(WORDS, name, schema=Schema('ros2msg', 'string data'))
+    with pytest.raises(InterfaceError, match='is not an interface name'):
+        class_of(topic, [topic])
 
 
 def test_another_definition_of_the_same_name_is_told(tmp_path: Path) -> None:

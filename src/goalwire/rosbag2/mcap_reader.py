@@ -31,14 +31,26 @@ from goalwire.rosbag2.model import Message, Schema, Topic
 if TYPE_CHECKING:
     from typing import BinaryIO, Self
 
+    from mcap.summary import Summary
+
 _MAGIC = b'\x89MCAP0\r\n'
 _HEAD = struct.Struct('<BQ')
 _MESSAGE = struct.Struct('<HIQQ')
 _RUN_BYTES = 2**22
 """Messages outside of chunks are read in groups of about this size, in bytes."""
 LARGEST_RECORD = 2**32
-_BROKEN = (McapError, CRCValidationError, struct.error, ValueError, KeyError, EOFError, RuntimeError)
-"""The errors that the mcap library and the decompressors raise for broken bytes."""
+_BROKEN = (
+    McapError,
+    CRCValidationError,
+    struct.error,
+    ValueError,
+    KeyError,
+    EOFError,
+    RuntimeError,
+    MemoryError,
+    OverflowError,
+)
+"""The errors that the mcap library and the decompressors raise for broken bytes, the last two for lengths."""
 
 
 class Span(NamedTuple):
@@ -94,7 +106,7 @@ class McapReader:
             raise BagError(f'{shown(self.path)}: it is no MCAP file, or its first bytes are lost')
 
     def _read_summary(self) -> bool:
-        """Read the file's summary; False if it is missing or incomplete."""
+        """Read the file's summary; False if it is missing, incomplete or broken."""
         try:
             self._file.seek(-len(_MAGIC), os.SEEK_END)
             if self._file.read() != _MAGIC:
@@ -102,24 +114,30 @@ class McapReader:
                 return False
             self._file.seek(0)
             summary = SeekingReader(self._file).get_summary()
+            return summary is not None and self._take_summary(summary)
         except (*_BROKEN, OSError) as error:
+            self._forget()
             self.problem = f'its summary is broken ({error})'
             return False
-        if summary is None or summary.statistics is None or not summary.statistics.chunk_count:
-            return (
-                summary is not None
-                and summary.statistics is not None
-                and self._take_empty(summary.statistics)
-            )
-        if len(summary.chunk_indexes) != summary.statistics.chunk_count or not summary.channels:
+
+    def _take_summary(self, summary: Summary) -> bool:
+        """Take what the summary says; False if it does not say where the messages are.
+
+        Raises an error of `_BROKEN` if its parts do not fit together. That happens to whole files, too: a
+        recorder that runs replaces the end of its file, and may do so between two reads here.
+        """
+        statistics = summary.statistics
+        if statistics is None or not statistics.chunk_count:
+            return statistics is not None and self._take_empty(statistics)
+        if len(summary.chunk_indexes) != statistics.chunk_count or not summary.channels:
             return False
         self._schemas = dict(summary.schemas)
         for channel in summary.channels.values():
             self._add_channel(channel)
-        for number, count in summary.statistics.channel_message_counts.items():
+        for number, count in statistics.channel_message_counts.items():
             self.counts[self._names[number]] += count
-        self.start = summary.statistics.message_start_time
-        self.end = summary.statistics.message_end_time
+        self.start = statistics.message_start_time
+        self.end = statistics.message_end_time
         for index in summary.chunk_indexes:
             channels = frozenset(index.message_index_offsets) or None
             self._spans.append(
@@ -135,6 +153,16 @@ class McapReader:
             if metadata.name == METADATA_NAME:
                 self._take_metadata(self._at(metadata.offset, metadata.length))
         return True
+
+    def _forget(self) -> None:
+        """Forget what a broken summary said, so that the scan that follows does not count twice."""
+        self.metadata = ''
+        self.topics = []
+        self.counts = Counter()
+        self.start = self.end = 0
+        self._names = {}
+        self._spans = []
+        self._schemas = {}
 
     def _take_empty(self, statistics: Statistics) -> bool:
         """Return True if the file has no messages at all, so that it need not be scanned."""
@@ -313,6 +341,9 @@ class McapReader:
         return True
 
     def _at(self, offset: int, length: int) -> bytes:
+        """Return a part of the file; raises ValueError if the file, which may have grown, ends before it."""
+        if offset + length > os.fstat(self._file.fileno()).st_size:
+            raise ValueError('they are said to go on beyond the end of the file')
         self._file.seek(offset)
         return self._file.read(length)
 

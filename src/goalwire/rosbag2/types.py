@@ -11,6 +11,7 @@ from typing import Any
 from goalwire.cdr.codec import decoder
 from goalwire.errors import InterfaceError, UnknownInterfaceError
 from goalwire.idl import get_interface, register_definitions, type_hash
+from goalwire.idl.registry import split_name
 from goalwire.rosbag2.definitions import ENCODING
 from goalwire.rosbag2.model import Topic
 
@@ -49,7 +50,7 @@ def _define(topic: Topic, topics: Iterable[Topic]) -> None:
     """Register the definitions of a topic's schema that are unknown here. Those of an action are in the
     schemas of several topics.
     """
-    package, kind, name = topic.type_name.split('/')
+    package, kind, name = split_name(topic.type_name)
     texts = _texts_of(topic)
     for each, text in texts.items():
         _register_message(each, text)
