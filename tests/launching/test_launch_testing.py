@@ -25,6 +25,7 @@ from launch.substitutions import LaunchConfiguration
 
 SCRIPT = """
 import signal, sys, threading
+sys.stdout.buffer.write(bytes([0xdd, 0xff, 10]))
 print('ready for', sys.argv[1], flush=True)
 stop = threading.Event()
 signal.signal(signal.SIGINT, lambda *_: stop.set())

@@ -78,7 +78,8 @@ def assertInStream(
         raise ValueError("Invalid value for stream; must be 'stdout' or 'stderr'")
     match = build_text_match(expected_output)
     for each in meant:
-        text = ''.join(io.text.decode() for io in proc_output[each] if getattr(io, f'from_{stream}'))
+        data = b''.join(io.text for io in proc_output[each] if getattr(io, f'from_{stream}'))
+        text = data.decode(errors='replace')
         if strip_ansi_escape_sequences:
             text = remove_ansi_escape_sequences(text)
         if match(text if output_filter is None else output_filter(text)) is not None:
@@ -146,4 +147,4 @@ def assertSequentialStdout(
 ) -> Iterator[SequentialTextChecker]:
     """Yield a checker that finds texts in order in one process's output."""
     [meant] = resolveProcesses(proc_output, process=process, cmd_args=cmd_args, strict_proc_matching=True)
-    yield SequentialTextChecker([io.text.decode() for io in proc_output[meant]])
+    yield SequentialTextChecker([io.text.decode(errors='replace') for io in proc_output[meant]])

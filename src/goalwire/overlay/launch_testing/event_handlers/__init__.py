@@ -18,7 +18,7 @@ class StdoutReadyListener(OnProcessIO):
         self, *, target_action: ExecuteProcess | None = None, ready_txt: str, actions: list[Any]
     ) -> None:
         def listen(process_io: ProcessIO) -> list[Any] | None:
-            return actions if ready_txt in process_io.text.decode() else None
+            return actions if ready_txt in process_io.text.decode(errors='replace') else None
 
         super().__init__(target_action=target_action, on_stdout=listen)
         self._actions = actions

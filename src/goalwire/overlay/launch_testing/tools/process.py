@@ -111,8 +111,8 @@ class ProcessProxy:
         return self._proc_info[self._process_action] if known else None
 
     def _text(self, is_meant: Callable[[Any], bool]) -> str:
-        parts = [io.text.decode() for io in self._proc_output[self._process_action] if is_meant(io)]
-        text = ''.join(parts)
+        data = b''.join(io.text for io in self._proc_output[self._process_action] if is_meant(io))
+        text = data.decode(errors='replace')
         return text if self._filter is None else self._filter(text)
 
 
