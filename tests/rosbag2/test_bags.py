@@ -322,6 +322,13 @@ def test_a_file_with_any_broken_byte_is_read_or_refused(tmp_path: Path) -> None:
     assert max(outcomes) == 110, 'no message is read twice'
 
 
+def test_a_sqlite3_file_whose_columns_are_broken_is_refused(tmp_path: Path) -> None:
+    (file,) = write_bag(tmp_path / 'bag', storage='sqlite3').glob('*.db3')
+    file.write_bytes(file.read_bytes().replace(b'serialization_format TEXT', b'serialization_forma\xdd TEXT'))
+    with pytest.raises(BagError, match='cannot be read as a sqlite3 bag'):
+        Reader(file)
+
+
 def test_a_file_whose_metadata_are_broken_is_read_without_its_summary(tmp_path: Path) -> None:
     (file,) = files_of(write_bag(tmp_path / 'bag'))
     whole = file.read_bytes()

@@ -16,6 +16,9 @@ from goalwire.rosbag2.model import Message, Schema, Topic
 if TYPE_CHECKING:
     from typing import Self
 
+_BROKEN = (sqlite3.Error, UnicodeDecodeError)
+"""The errors that sqlite3 raises for a broken file; the second if the name of a column is not UTF-8."""
+
 
 class SqliteReader:
     """Reads a file; a context manager. Only the thread that made it may use it."""
@@ -45,10 +48,10 @@ class SqliteReader:
             self._database = self._opened(f'{place}?immutable=1')
             try:
                 self._read()
-            except sqlite3.Error:
+            except _BROKEN:
                 self._database.close()
                 raise self._broken(error) from error
-        except sqlite3.Error as error:
+        except _BROKEN as error:
             self._database.close()
             raise self._broken(error) from error
 
