@@ -206,20 +206,21 @@ def page_of(simulator: Program) -> str:
 
 @pytest.mark.slow
 @pytest.mark.timeout(180)
-def test_a_square_is_drawn_in_the_browser(run: Run, isolated: dict[str, str]) -> None:
+@pytest.mark.parametrize('sides', [2, pytest.param(4, marks=pytest.mark.long)])
+def test_a_square_is_drawn_in_the_browser(run: Run, isolated: dict[str, str], sides: int) -> None:
     simulator = run('turtlesim', 'turtlesim_node', '--no-open')
     simulator.expect('Spawning turtle')
     with chromium() as browser:
         page = browser.new_page(viewport={'width': 560, 'height': 600})
         page.goto(page_of(simulator))
         square = run('turtlesim', 'draw_square')
-        for _ in range(4):  # two sides, and the turn after each
+        for _ in range(2 * sides):  # the sides, and the turn after each
             square.expect('Reached goal')
-        until(page, '() => JSON.parse(document.body.dataset.turtles)[0][3] > 3')
+        until(page, f'() => Math.cos(JSON.parse(document.body.dataset.turtles)[0][3]) * {sides - 3} > 0.98')
         drawn = page.evaluate(PEN_PIXELS)
         folder = Path(os.environ.get('GOALWIRE_SCREENSHOTS') or ROOT / 'build' / 'screenshots')
         folder.mkdir(parents=True, exist_ok=True)
-        page.screenshot(path=folder / 'turtlesim.png')
-        assert drawn > 400, 'two sides of 90 pixels, 3 wide, without their soft edges'
+        page.screenshot(path=folder / ('turtle_square.png' if sides == 4 else 'turtlesim.png'))
+        assert drawn > 200 * sides, 'sides of 90 pixels, 3 wide, without their soft edges and the turtle'
         simulator.kill()
         until(page, "() => document.getElementById('state').textContent === 'turtlesim_node has ended'")
