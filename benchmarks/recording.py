@@ -173,6 +173,8 @@ def main() -> None:
     elif arguments.read_nothing:
         asyncio.run(read_nothing())
     else:
+        if arguments.folder:
+            arguments.folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=arguments.folder, prefix='recording-') as folder:
             asyncio.run(measure(arguments, Path(folder)))
 
