@@ -16,7 +16,7 @@ from goalwire.idl import get_message, register_definitions
 from goalwire.idl.model import Shape
 from goalwire.idl.registry import message_definition
 
-PACKAGE = fresh_package()
+PACKAGE = 'codec_test_msgs'  # in the names of tests, too: every worker of pytest gives the same ones
 register_definitions(
     PACKAGE,
     {

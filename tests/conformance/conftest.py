@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import pytest
 from helpers import real_rclpy
-from helpers.environments import CannotInstall, Environment
+from helpers.environments import CannotInstall, Environment, kept_for_all
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 from helpers.traces import Outcome, Trace, read_trace
@@ -22,10 +22,8 @@ def real(pytestconfig: pytest.Config) -> Environment:
     """An environment with the real rclpy, kept between test runs; skips where it cannot be had."""
     if not real_rclpy.EXISTS:
         _skip(pytestconfig, real_rclpy.WHY_NOT)
-    cache = pytestconfig.cache
-    assert cache is not None
     try:
-        return real_rclpy.kept(cache.mkdir('conformance'))
+        return kept_for_all(pytestconfig.cache, *real_rclpy.WHEELS)
     except CannotInstall as error:
         if not error.unreachable:
             raise

@@ -129,3 +129,13 @@ class Environment:
         """Make an empty virtual environment of this Python."""
         venv.create(folder, symlinks=os.name != 'nt')
         return cls(folder)
+
+
+def kept_for_all(cache: pytest.Cache | None, *requirements: str) -> Environment:
+    """Return an environment with the packages named, which all tests and all test runs of this clone share.
+
+    Raises CannotInstall.
+    """
+    assert cache is not None
+    title = '-'.join([str(sys.implementation.cache_tag), *requirements]).replace('==', '-')
+    return Environment.kept(cache.mkdir('environments') / title, *requirements)

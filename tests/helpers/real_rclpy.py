@@ -28,6 +28,6 @@ EXISTS = (3, 10) <= sys.version_info[:2] <= (3, 13) and (sys.platform, platform.
 WHY_NOT = 'PyPI has the real rclpy for CPython 3.10 to 3.13 on Linux x86-64 alone'
 
 
-def kept(folder: Path, wheels: tuple[str, ...] = WHEELS) -> Environment:
+def kept(folder: Path, wheels: tuple[str, ...]) -> Environment:
     """Return an environment within `folder`, made where that was not done yet; raises CannotInstall."""
     return Environment.kept(folder / '-'.join(wheels).replace('==', '-'), *wheels)

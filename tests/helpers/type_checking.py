@@ -9,8 +9,8 @@ import sys
 import textwrap
 from pathlib import Path
 
+from helpers.environments import ROOT
 from helpers.fresh import clean_environment
-from helpers.isolation import log_directory
 from helpers.packages import write_files
 
 
@@ -18,9 +18,10 @@ def type_errors(program: str, folder: Path, *, typings: Path | None = None) -> l
     """What mypy --strict objects to: line and code of each error, none for a well-typed program."""
     write_files(folder, {'program.py': textwrap.dedent(program)})
     environment = clean_environment(**({'MYPYPATH': str(typings)} if typings else {}))
-    cache = log_directory() / 'mypy'  # what one program imports need not be read again for the next
+    cache = ROOT / 'build' / 'mypy'  # what one program imports need not be read again for the next
+    command = [sys.executable, '-m', 'mypy', '--strict', '--config-file=', 'program.py']
     done = subprocess.run(
-        [sys.executable, '-m', 'mypy', '--strict', f'--cache-dir={cache}', '--config-file=', 'program.py'],
+        [*command, f'--cache-dir={cache}', '--no-sqlite-cache'],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=50, check=False,
     )  # fmt: skip
     assert done.stderr == ''

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 import pytest
-from helpers.environments import CannotInstall, Environment
+from helpers.environments import CannotInstall, Environment, kept_for_all
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 
@@ -27,11 +27,8 @@ def install(pytestconfig: pytest.Config) -> Install:
     """
 
     def install_all(*requirements: str) -> Environment:
-        title = '-'.join([str(sys.implementation.cache_tag), *requirements]).replace('==', '-')
-        cache = pytestconfig.cache
-        assert cache is not None
         try:
-            return Environment.kept(cache.mkdir('interop') / title, *requirements)
+            return kept_for_all(pytestconfig.cache, *requirements)
         except CannotInstall as error:
             pytest.skip(f'{", ".join(requirements)} cannot be installed here: {error}')
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from helpers import real_rclpy
-from helpers.environments import CannotInstall, Environment, made_once
+from helpers.environments import CannotInstall, Environment, kept_for_all, made_once
 from helpers.fresh import output_of
 from helpers.packages import write_files
 
@@ -83,8 +83,7 @@ def both(
 
     def install_both(folder: Path) -> None:
         if request.param == 'real first':  # one with the real rclpy is there already, and copied
-            assert pytestconfig.cache is not None
-            kept = real_rclpy.kept(pytestconfig.cache.mkdir('conformance'))
+            kept = kept_for_all(pytestconfig.cache, *real_rclpy.WHEELS)
             shutil.copytree(kept.folder, folder, symlinks=True, dirs_exist_ok=True)
             environment = Environment(folder)
         else:

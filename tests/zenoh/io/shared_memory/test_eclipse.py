@@ -12,7 +12,7 @@ from random import Random
 from typing import TypeAlias
 
 import pytest
-from helpers.environments import CannotInstall, Environment
+from helpers.environments import CannotInstall, kept_for_all
 from helpers.patience import PATIENCE, wait_for
 from helpers.processes import Program
 from helpers.zenoh_memory import WITH_ALL, shares
@@ -55,12 +55,9 @@ def python_with(pytestconfig: pytest.Config) -> Callable[[str], Path]:
     """A function that returns the interpreter of an environment with some version of eclipse-zenoh."""
 
     def find(version: str) -> Path:
-        cache = pytestconfig.cache
-        assert cache is not None
         requirement = f'eclipse-zenoh=={version}'
         try:
-            folder = cache.mkdir('interop') / f'{sys.implementation.cache_tag}-eclipse-zenoh-{version}'
-            return Environment.kept(folder, requirement).python
+            return kept_for_all(pytestconfig.cache, requirement).python
         except CannotInstall as error:
             pytest.skip(f'{requirement} cannot be installed here: {error}')
 
