@@ -29,3 +29,22 @@ def test_the_cells_show_what_the_page_shows(tmp_path: Path) -> None:
             output = notebook.run(cell.text, interrupted_after=interrupted_after)
             lines = [line.rstrip(': ') for line in output.splitlines() if '[WARN]' not in line]
             assert lines == shown, f'the cell of line {cell.line}'
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
+def test_a_complaint_does_not_break_a_line_that_a_cell_prints(tmp_path: Path) -> None:
+    """print() writes a line and its end apart; the kernel may send a complaint between them."""
+    from helpers.notebooks import Notebook
+
+    cell = """
+import sys
+sys.stdout.write('calling'); sys.stdout.flush()
+sys.stderr.write('[WARN] nobody\\n'); sys.stderr.flush()
+sys.stdout.write('\\n'); sys.stdout.flush()
+import threading
+threading.Event().wait()
+"""
+    with Notebook(tmp_path, isolated_env(NETWORK)) as notebook:
+        shown = notebook.run(cell, interrupted_after='calling')
+    assert shown.splitlines() == ['calling', 'KeyboardInterrupt: ', '[WARN] nobody']

@@ -14,7 +14,10 @@ from jupyter_client.manager import KernelManager
 
 
 class Notebook:
-    """A kernel. A cell's output has what it printed, its value, and its error as `Name: text`."""
+    """A kernel. A cell's output has what it printed, its value, and its error as `Name: text`.
+
+    What a cell writes to stderr follows all of that: the kernel may send it in the midst of a line of stdout.
+    """
 
     def __init__(self, cwd: Path, env: Mapping[str, str]) -> None:
         self._manager = KernelManager(kernel_name='python3')
@@ -36,15 +39,23 @@ class Notebook:
         self._manager.cleanup_resources()
 
     def run(self, cell: str, *, interrupted_after: str | None = None) -> str:
-        """Run a cell and return its output; Interrupt is pressed once it has printed the text given."""
+        """Run a cell and return its output; Interrupt is pressed once it has printed that line."""
         output: list[str] = []
+        complaints: list[str] = []
+        interrupted = False
 
         def take(message: dict[str, Any]) -> None:
+            nonlocal interrupted
             content = message['content']
             match message['msg_type']:
+                case 'stream' if content['name'] == 'stderr':
+                    complaints.append(content['text'])
                 case 'stream':
                     output.append(content['text'])
-                    if interrupted_after is not None and interrupted_after in content['text']:
+                    # The kernel may send a line and its end apart; Interrupt between them would lose the end.
+                    line = f'{interrupted_after}\n'
+                    if interrupted_after is not None and not interrupted and line in ''.join(output):
+                        interrupted = True
                         os.kill(self._pid, signal.SIGINT)  # what the button does
                 case 'execute_result':
                     output.append(content['data']['text/plain'] + '\n')
@@ -52,4 +63,4 @@ class Notebook:
                     output.append(f'{content["ename"]}: {content["evalue"]}\n')
 
         self._client.execute_interactive(cell, output_hook=take, timeout=NOTEBOOK)
-        return ''.join(output)
+        return ''.join([*output, *complaints])
