@@ -19,6 +19,7 @@ from typing import Any, Self, TypeAlias
 
 import pytest
 from helpers.command_line import CommandLine, executable
+from helpers.forking import ForkServer
 from helpers.isolation import NETWORK, isolated_env
 from helpers.patience import PATIENCE
 from helpers.processes import Program
@@ -28,6 +29,9 @@ PROGRAMS = [
     *['arm', 'base', 'camera', 'controller', 'driver', 'faulty', 'lidar', 'never', 'plain', 'planner'],
     *['short', 'spawner', 'state_publisher', 'stubborn', 'teleop'],
 ]
+
+_WARNINGS = {'PYTHONWARNINGS': 'error::ResourceWarning'}
+_OF_LAUNCHES = ('goalwire.apps.cli.main', 'goalwire.launching.commands', 'launch_ros.actions')
 
 Launch: TypeAlias = Callable[..., 'Launched']
 
@@ -160,18 +164,30 @@ def world(prefix: Path, tmp_path: Path) -> dict[str, str]:
         'AMENT_PREFIX_PATH': str(prefix),
         'ROS_LOG_DIR': str(tmp_path / 'log'),
         'PROBE_PIPE': str(pipe),
-        'PYTHONWARNINGS': 'error::ResourceWarning',
+        **_WARNINGS,
     }
 
 
+@pytest.fixture(scope='session')
+def launches() -> Iterator[ForkServer]:
+    """The process that forks `ros2 launch` for all tests: it has imported what that imports.
+
+    Tests share no more than the modules. Each command is a process of its own, in its test's environment.
+    The filter of warnings is read when an interpreter starts, and so the server has it.
+    """
+    environment = {**isolated_env(NETWORK), **_WARNINGS}
+    with ForkServer(_OF_LAUNCHES, environment) as server:
+        yield server
+
+
 @pytest.fixture
-def ros2(world: dict[str, str]) -> CommandLine:
+def ros2(world: dict[str, str], launches: ForkServer) -> CommandLine:
     """`ros2` in that environment."""
-    return CommandLine(world)
+    return CommandLine(world, server=launches)
 
 
 @pytest.fixture
-def launch(world: dict[str, str]) -> Iterator[Launch]:
+def launch(world: dict[str, str], launches: ForkServer) -> Iterator[Launch]:
     """A function that launches a file, of demo_robot or by its path."""
     told: queue.Queue[str] = queue.Queue()
     pipe = os.open(world['PROBE_PIPE'], os.O_RDWR)  # with a writer of its own, so that no end of file comes
@@ -192,7 +208,8 @@ def launch(world: dict[str, str]) -> Iterator[Launch]:
 
         def start(file: str | Path, *arguments: str, **variables: str) -> Launched:
             words = [str(file)] if isinstance(file, Path) else ['demo_robot', file]
-            program = Program(executable(), 'launch', *words, *arguments, env={**world, **variables})
+            environment = {**world, **variables}
+            program = Program(executable(), 'launch', *words, *arguments, env=environment, server=launches)
             return stack.enter_context(Launched(program, told))
 
         try:

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from helpers.away import STRANGER, knowing_away
 from helpers.command_line import Begin, CommandLine, executable
+from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 from helpers.wires import DDS
@@ -43,8 +44,8 @@ def silent(away: dict[str, str]) -> Iterator[Program]:
 
 
 @pytest.fixture
-def ros2(world: dict[str, str], stranger: Program, tmp_path: Path) -> CommandLine:
-    return CommandLine(world, tmp_path)
+def ros2(world: dict[str, str], stranger: Program, commands: ForkServer, tmp_path: Path) -> CommandLine:
+    return CommandLine(world, tmp_path, commands)
 
 
 def test_a_topic_is_echoed(ros2: CommandLine) -> None:
