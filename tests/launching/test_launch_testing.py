@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import sys
+import threading
+from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 from helpers.isolation import NETWORK
+from helpers.patience import PATIENCE
 from helpers.processes import Program
+from launch_testing_ros import WaitForTopics
+from rclpy.node import Node
+from std_msgs.msg import String
 
 COMMAND = (Path('-m'), 'goalwire', 'run', 'launch_testing', 'launch_test')
 TALKER = f'''
@@ -233,3 +239,32 @@ def test_nodes_are_tested_under_pytest(isolated: dict[str, str], tmp_path: Path)
     words = ('pytest', '-p', 'no:cacheprovider', '-c', '/dev/null', '--rootdir', str(tmp_path), '-W', 'error')
     with Program(Path('-m'), *words, str(file), env=isolated) as program:
         assert '1 passed' in program.succeed(60)
+
+
+def test_a_message_that_comes_early_is_not_taken_for_all(
+    isolated: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first topic has its message before the second is subscribed to."""
+    create = Node.create_subscription
+
+    def subscribe(
+        node: Node, cls: type[String], topic: str, callback: Callable[[String], None], qos: int
+    ) -> None:
+        taken = threading.Event()
+
+        def take(message: String) -> None:
+            callback(message)
+            taken.set()
+
+        create(node, cls, topic, take, qos)
+        if topic == 'chatter':
+            node.create_publisher(String, topic, 10).publish(String(data='early'))
+            assert taken.wait(PATIENCE)
+
+    monkeypatch.setattr(Node, 'create_subscription', subscribe)
+    waiting = WaitForTopics([('chatter', String), ('silent', String)], timeout=0.0)
+    try:
+        assert not waiting.wait()
+        assert waiting.topics_not_received() == {'silent'}
+    finally:
+        waiting.shutdown()

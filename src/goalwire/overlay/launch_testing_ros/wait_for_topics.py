@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable
 from contextlib import suppress
 from functools import partial
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 from types import TracebackType
 from typing import Any, Self
 from uuid import uuid4
@@ -42,6 +42,7 @@ class WaitForTopics:
         self._messages: dict[str, deque[Any]] = {}
         self._received: set[str] = set()
         self._all_received = Event()
+        self._lock = Lock()  # messages come on the thread that spins
         self._context = Context()
         rclpy.init(context=self._context)
         self._node = Node(f'_test_node_{uuid4().hex[:10]}', context=self._context)
@@ -52,14 +53,17 @@ class WaitForTopics:
 
     def wait(self) -> bool:
         """Wait until every topic has had a new message; False if that takes longer than `timeout`."""
-        self._all_received.clear()
-        self._received.clear()
-        for topic, cls in self.topic_tuples:
-            if topic in self._messages:
-                self._messages[topic].clear()
-            else:
+        new = [(topic, cls) for topic, cls in self.topic_tuples if topic not in self._messages]
+        with self._lock:
+            self._all_received.clear()
+            self._received.clear()
+            for messages in self._messages.values():
+                messages.clear()
+            # Known before the first subscription: a message on one topic is not yet a message on all.
+            for topic, _ in new:
                 self._messages[topic] = deque(maxlen=self.messages_received_buffer_length)
-                self._node.create_subscription(cls, topic, partial(self._take, topic), 10)
+        for topic, cls in new:
+            self._node.create_subscription(cls, topic, partial(self._take, topic), 10)
         return self._all_received.wait(self.timeout)
 
     def shutdown(self) -> None:
@@ -84,10 +88,11 @@ class WaitForTopics:
         return list(self._messages[topic_name])
 
     def _take(self, topic: str, message: Any) -> None:
-        self._messages[topic].append(message)
-        self._received.add(topic)
-        if self._received == self._messages.keys():
-            self._all_received.set()
+        with self._lock:
+            self._messages[topic].append(message)
+            self._received.add(topic)
+            if self._received == self._messages.keys():
+                self._all_received.set()
 
     def _spin(self) -> None:
         with suppress(ExternalShutdownException):
