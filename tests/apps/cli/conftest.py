@@ -57,12 +57,13 @@ def ros2(world: dict[str, str], workshop: Program, commands: ForkServer) -> Comm
 
 
 @pytest.fixture
-def begin(world: dict[str, str]) -> Iterator[Begin]:
+def begin(world: dict[str, str], commands: ForkServer) -> Iterator[Begin]:
     """A function that starts a command."""
     with ExitStack() as stack:
 
         def begin(*arguments: str, program: str = 'ros2', **variables: str) -> Program:
-            command = Program(executable(program), *arguments, env={**world, **variables})
+            environment = {**world, **variables}
+            command = Program(executable(program), *arguments, env=environment, server=commands)
             return stack.enter_context(command)
 
         yield begin
