@@ -12,7 +12,7 @@ from goalwire.observe.clock import wall_offset
 from goalwire.observe.goals import Goal, GoalTable, ReportedGoal, reported_goals
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import AsyncGenerator, Callable
 
     from action_msgs.srv import CancelGoal
 
@@ -68,6 +68,26 @@ async def _take_feedback(
         hear(goals.take_feedback(action, goal_id, message.feedback, monotonic()))
 
 
+async def ended_goals(node: goalwire.Node, action: str, since: float) -> AsyncGenerator[ReportedGoal, None]:
+    """Yield each goal of an action that ends from now on, or was accepted after `since` (in s since 1970)."""
+    statuses = _statuses(node, action, depth=100)
+    running: set[str] = set()
+    told: set[str] = set()
+    try:
+        async for array in statuses:
+            goals = reported_goals(array)
+            told &= {goal.goal_id for goal in goals}  # the server has forgotten the others
+            for goal in goals:
+                if goal.is_active:
+                    running.add(goal.goal_id)
+                elif goal.goal_id not in told and (goal.goal_id in running or goal.accepted >= since):
+                    running.discard(goal.goal_id)
+                    told.add(goal.goal_id)
+                    yield goal
+    finally:
+        statuses.close()
+
+
 async def known_goals(node: goalwire.Node, action: str, patience: float) -> list[ReportedGoal]:
     """Return the goals that the server of an action knows; a server that had no goal yet reports none.
 
@@ -84,11 +104,11 @@ async def known_goals(node: goalwire.Node, action: str, patience: float) -> list
     return []
 
 
-def _statuses(node: goalwire.Node, action: str) -> goalwire.Subscription[Any]:
+def _statuses(node: goalwire.Node, action: str, depth: int = 1) -> goalwire.Subscription[Any]:
     """Subscribe to the status topic of an action; the server's latest status message comes at once."""
     from action_msgs.msg import GoalStatusArray
 
-    qos = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
+    qos = goalwire.QoS(depth=depth, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
     return node.subscription(GoalStatusArray, f'{action}/_action/status', qos=qos)
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from action_msgs.msg import GoalStatus
+from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from helpers.bags import contents, files_of
 from helpers.loops import Play
@@ -19,6 +21,7 @@ from std_msgs.msg import Int32, String
 from tf2_msgs.msg import TFMessage
 
 import goalwire
+from goalwire.apps.bag.aborted_goals import snapshot_when_aborted
 from goalwire.apps.bag.options import RecordOptions
 from goalwire.apps.bag.recorder import DROPPED_KEY, Recorder
 from goalwire.apps.bag.recorder_services import offer_services
@@ -200,6 +203,44 @@ def test_a_snapshot_has_the_last_messages(play: Play, tmp_path: Path) -> None:
     for file in files_of(tmp_path / 'bag'):
         with Reader(file) as bag:
             assert bag.counts['/tf_static'] == 1
+
+
+@pytest.mark.also_on_dds
+def test_a_goal_that_is_aborted_writes_a_snapshot(play: Play, tmp_path: Path) -> None:
+    """The one that was aborted before the recorder came writes none, and neither does one that succeeds."""
+
+    async def run(goal: Any) -> Fibonacci.Result:
+        if goal.request.order == 7:
+            raise goalwire.GoalAborted('seven')
+        return Fibonacci.Result(sequence=[goal.request.order])
+
+    async def scenario() -> None:
+        async with goalwire.Node('talker') as talker, goalwire.Node('recorder') as node:
+            talker.action_server(Fibonacci, 'count', run)
+            count = talker.action(Fibonacci, 'count')
+            with pytest.raises(goalwire.GoalAborted):
+                await count.call(order=7, timeout=PATIENCE)
+            numbers = talker.publisher(Int32, 'numbers', qos=LATCHED)
+            options = RecordOptions(snapshot=True)
+            async with Recorder(node, Writer(tmp_path / 'bag'), EVERYTHING, options) as recorder:
+                watching = asyncio.create_task(snapshot_when_aborted(recorder))
+                numbers.publish(data=1)
+                await until(
+                    lambda: '/numbers' in recorder.counts() and '/count/_action/status' in recorder.counts()
+                )
+                await count.call(order=3, timeout=PATIENCE)
+                assert recorder.bag.count == 0
+                with pytest.raises(goalwire.GoalAborted):
+                    await count.call(order=7, timeout=PATIENCE)
+                await until(lambda: recorder.bag.count)
+                numbers.publish(data=2)
+                watching.cancel()
+
+    play(scenario)
+    assert decoded(tmp_path / 'bag', '/numbers') == [1]
+    with Reader(tmp_path / 'bag') as bag:
+        *_, (_, last) = bag.decoded(['/count/_action/status'])
+    assert last.status_list[-1].status == GoalStatus.STATUS_ABORTED
 
 
 @pytest.mark.also_on_dds

@@ -84,6 +84,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         help='Keep messages in memory, and write them when the service ~/snapshot is called',
     )
     group.add_argument(
+        '--snapshot-on-abort',
+        action='store_true',
+        help='Snapshot mode, which also writes when a goal of any action is aborted',
+    )
+    group.add_argument(
         '--repeat-transient-local',
         metavar='TOPIC[=N]',
         nargs='+',
@@ -247,6 +252,7 @@ def _check(arguments: Namespace) -> None:
 
 def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it prints no data
     """Record until Ctrl-C or SIGTERM; either is the normal end, with the outcome OK."""
+    from goalwire.apps.bag.aborted_goals import snapshot_when_aborted
     from goalwire.apps.bag.recorder import Recorder
     from goalwire.apps.bag.recorder_services import offer_services
     from goalwire.apps.cli.framework.live import live
@@ -255,7 +261,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it p
     selection = _selection(arguments)
     options = RecordOptions(
         cache_bytes=arguments.max_cache_size or CACHE_BYTES,
-        snapshot=arguments.snapshot_mode,
+        snapshot=arguments.snapshot_mode or arguments.snapshot_on_abort,
         snapshot_s=arguments.max_cache_duration,
         repeat=tuple(arguments.repeat_transient_local),
         discovery=not arguments.no_discovery,
@@ -266,15 +272,19 @@ def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it p
         paused=arguments.start_paused,
     )
     bag = _new_bag(arguments)
+    on_abort = arguments.snapshot_on_abort
 
     async def record(node: goalwire.Node) -> Outcome:
         async with Recorder(node, bag, selection, options) as recorder:
             offer_services(recorder)
+            watching = asyncio.create_task(snapshot_when_aborted(recorder)) if on_abort else None
             tell(f"recording into '{bag.path}'{'; it is paused' if options.paused else ''}; Ctrl-C ends it")
-            with suppress(
-                asyncio.CancelledError
-            ):  # A signal has cancelled the wait: the normal end of a recording.
-                await _tell_of(recorder)
+            try:
+                with suppress(asyncio.CancelledError):  # by a signal: the normal end of a recording
+                    await _tell_of(recorder)
+            finally:
+                if watching is not None:
+                    watching.cancel()
         _tell_end(recorder)
         return Outcome.OK
 
