@@ -3,7 +3,8 @@
 Its arguments are a socket and the modules. The socket brings a line of JSON for each program, with the
 descriptors of its standard streams and of a pipe; the answer is the process id, and the pipe brings the exit
 code as `subprocess` has it. What a program sees is what `python FILE` or `python -c TEXT` gives it:
-`__main__`, arguments, environment and working directory.
+`__main__`, arguments, environment and working directory. A program may ask for programs of its own: the
+server listens at an address that its process id names.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import os
 import signal
 import socket
 import sys
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
@@ -21,6 +23,11 @@ from types import ModuleType
 from typing import Any
 
 PROGRAM = Path(__file__)
+
+
+def address(server: int) -> str:
+    """Return where the server with this process id listens."""
+    return f'\0test-fork-server-{server}'
 
 
 def run(request: dict[str, Any], streams: list[int]) -> None:
@@ -61,23 +68,36 @@ class _Server:
 
     def __init__(self, channel: socket.socket) -> None:
         self._channel = channel
+        self._listener = socket.socket(socket.AF_UNIX)
+        self._listener.bind(address(os.getpid()))
+        self._listener.listen()
         self._selector = DefaultSelector()
-        self._selector.register(channel, EVENT_READ)
+        for watched in (channel, self._listener):
+            self._selector.register(watched, EVENT_READ)
 
     def serve(self) -> None:
         """Return in the child, with its program at its end, and when the other end is closed."""
         while True:
             for key, _ in self._selector.select():
-                if key.fileobj is not self._channel:
+                if key.fileobj is self._listener:
+                    self._selector.register(self._listener.accept()[0], EVENT_READ)
+                elif not isinstance(key.fileobj, socket.socket):
                     self._tell_end(key.fd, *key.data)
-                elif not self._start():
+                elif not self._start(key.fileobj):
                     return
 
-    def _start(self) -> bool:
-        """Fork for a request; False in the child, and when there are no more."""
-        data, descriptors, _, _ = socket.recv_fds(self._channel, 1 << 18, 4)
+    def _start(self, channel: socket.socket) -> bool:
+        """Fork for a request; False in the child, and when the first channel is closed."""
+        try:
+            data, descriptors, _, _ = socket.recv_fds(channel, 1 << 18, 4)
+        except ConnectionError:
+            data = b''  # the program that asked before was killed
         if not data:
-            return False
+            if channel is self._channel:
+                return False
+            self._selector.unregister(channel)
+            channel.close()
+            return True
         *streams, ended = descriptors
         child = os.fork()
         if child == 0:
@@ -88,23 +108,25 @@ class _Server:
         for stream in streams:
             os.close(stream)
         self._selector.register(os.pidfd_open(child), EVENT_READ, (child, ended))
-        self._channel.sendall(f'{child}\n'.encode())
+        with suppress(ConnectionError):  # the program that asked was killed; its child sees a closed input
+            channel.sendall(f'{child}\n'.encode())
         return True
 
     def _close(self) -> None:
         """Close, in a child, what the server alone needs: a pipe that stays open here would never end."""
         for key in self._selector.get_map().values():
-            os.close(key.fd)
-            if key.data is not None:
+            if isinstance(key.fileobj, socket.socket):
+                key.fileobj.close()
+            else:
+                os.close(key.fd)
                 os.close(key.data[1])
-        self._channel.detach()
         self._selector.close()
 
     def _tell_end(self, watched: int, child: int, ended: int) -> None:
         self._selector.unregister(watched)
         os.close(watched)
         code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        with os.fdopen(ended, 'w') as pipe:
+        with suppress(BrokenPipeError), os.fdopen(ended, 'w') as pipe:  # who asked may have ended before
             pipe.write(str(code))
 
 

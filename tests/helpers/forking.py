@@ -51,29 +51,12 @@ class Forked:
         self.send_signal(signal.SIGKILL)
 
 
-class ForkServer:
-    """The process that forks for each program; see fork_server.py. `modules` are what it imports."""
+class Forker:
+    """Asks a server for programs, by a connection to it."""
 
-    def __init__(self, modules: Sequence[str], environment: Mapping[str, str]) -> None:
-        self._channel, other = socket.socketpair()
+    def __init__(self, channel: socket.socket) -> None:
+        self._channel = channel
         self._one_at_a_time = Lock()
-        command = [sys.executable, str(fork_server.PROGRAM), str(other.fileno()), *modules]
-        settings = {'PYTHONIOENCODING': 'utf-8', 'OPENBLAS_NUM_THREADS': '1'}
-        with other:
-            self._process = subprocess.Popen(
-                command, pass_fds=[other.fileno()], env={**environment, **settings}
-            )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the server. Programs that still run go on."""
-        self._channel.close()
-        self._process.wait()
 
     def start(
         self,
@@ -121,3 +104,35 @@ class ForkServer:
             raise
         finally:
             os.close(tell)
+
+
+class ForkServer(Forker):
+    """The process that forks for each program; see fork_server.py. `modules` are what it imports."""
+
+    def __init__(self, modules: Sequence[str], environment: Mapping[str, str]) -> None:
+        channel, other = socket.socketpair()
+        super().__init__(channel)
+        command = [sys.executable, str(fork_server.PROGRAM), str(other.fileno()), *modules]
+        settings = {'PYTHONIOENCODING': 'utf-8', 'OPENBLAS_NUM_THREADS': '1'}
+        with other:
+            self._process = subprocess.Popen(
+                command, pass_fds=[other.fileno()], env={**environment, **settings}
+            )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the server. Programs that still run go on."""
+        self._channel.close()
+        self._process.wait()
+
+
+def server_of_this_program() -> Forker:
+    """In a forked program: connect to the server that forked it, which then forks programs for this one."""
+    channel = socket.socket(socket.AF_UNIX)
+    channel.connect(fork_server.address(os.getppid()))
+    return Forker(channel)

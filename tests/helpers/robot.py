@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import select
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from helpers.forking import ForkServer
 from helpers.isolation import NETWORK, isolated_env
 from helpers.processes import Program
 from helpers.wires import DDS
@@ -35,9 +39,56 @@ def robot_env(network: str = NETWORK) -> dict[str, str]:
     }
 
 
-def humanoid(*arguments: str, env: Mapping[str, str]) -> Program:
-    """Run `humanoid ARGUMENTS`."""
-    return Program(_MAIN, *arguments, env=env)
+_FORKED = """
+from helpers import robot_children
+from humanoid.cli import main
+robot_children.fork_them()
+raise SystemExit(main())
+"""
+"""The same, and what `humanoid up` and `humanoid demo` start is forked, too."""
+
+_PRELOADED = (
+    'helpers.robot_children',
+    'humanoid.demo',
+    'humanoid.operate',
+    'humanoid.up',
+    'humanoid.joints.service',
+    'humanoid.navigation.server',
+    'humanoid.battery.service',
+    'humanoid.arm.server',
+    'humanoid.robot_state_publisher',
+    'humanoid.world.server',
+    'humanoid.localisation.server',
+    'humanoid.route.server',
+    'humanoid.mission.program',
+)
+_OF_PHYSICS = 'humanoid.physics.program'
+
+
+@cache
+def _server(site: Path | None) -> ForkServer:
+    """The process that forks the robot's programs, for all tests of this process.
+
+    They share nothing but imported modules, which take a program most of a second of a core otherwise.
+    `site`: where the robot is installed, if not in the checkout.
+    """
+    env = robot_env()
+    if site:
+        del env['GOALWIRE_INTERFACE_PATH']
+    env['PYTHONPATH'] = os.pathsep.join([str(site or env['PYTHONPATH']), str(ROOT / 'tests')])
+    physics = [_OF_PHYSICS] if find_spec('mujoco') and find_spec('daqp') else []
+    server = ForkServer([*_PRELOADED, *physics], env)
+    atexit.register(server.close)
+    return server
+
+
+def humanoid(
+    *arguments: str, env: Mapping[str, str], cwd: Path | None = None, site: Path | None = None
+) -> Program:
+    """Run `humanoid ARGUMENTS`, of the checkout or as it is installed in `site`."""
+    if os.name != 'posix':
+        return Program(_MAIN, *arguments, env=env, cwd=cwd)
+    return Program(_FORKED, *arguments, env=env, cwd=cwd, server=_server(site))
 
 
 def course(name: str, *, env: Mapping[str, str]) -> Program:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import sys
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from typing import TypeAlias
 
 import pytest
 from helpers.forking import ForkServer
+from helpers.patience import PATIENCE
 from helpers.processes import Program
 
 Run: TypeAlias = 'partial[Program]'
@@ -138,3 +140,27 @@ def test_a_forked_program_sees_what_an_interpreter_shows_it(run: Run, tmp_path: 
     ):
         assert program.wait() == other.wait() == 1
         assert program.output == other.output
+
+
+def test_a_forked_program_has_programs_forked_and_the_server_outlives_it() -> None:
+    """A child of a program that was killed sees that its input is closed; the server forks the next one."""
+    asks = """
+        from helpers.forking import server_of_this_program
+        child = server_of_this_program().start(
+            'print("child", flush=True); input()', [], environment={'PYTHONUNBUFFERED': '1'}
+        )
+        print(child.pid, child.stdout.readline().decode(), end='', flush=True)
+        input()
+    """
+    env = {**os.environ, 'PYTHONPATH': str(Path(__file__).parents[1])}
+    with ForkServer(['helpers.forking'], env) as server:
+        with Program(asks, server=server) as asking:
+            child = os.pidfd_open(int(asking.expect(r'^(\d+) child$')[1]))
+            asking.kill()
+            asking.wait()
+        poll = select.poll()
+        poll.register(child, select.POLLIN)
+        assert poll.poll(PATIENCE * 1000), 'the child has not ended'
+        os.close(child)
+        with Program('print(1)', server=server) as program:
+            assert program.succeed() == '1'

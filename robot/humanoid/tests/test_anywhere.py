@@ -15,6 +15,7 @@ from helpers.environments import made_once
 from helpers.fresh import clean_environment
 from helpers.processes import Program
 from helpers.robot import ROOT, robot_env
+from helpers.robot import humanoid as robot_program
 from tools.humanoid_shells import SHELLS
 
 from humanoid import look as humanoid_look
@@ -22,7 +23,6 @@ from humanoid import look as humanoid_look
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
 
 WHOLE = '10 of 10 steps ended as they should'
-MAIN = 'from humanoid.cli import main; raise SystemExit(main())'
 DEFINITIONS = {
     'package.xml',
     'action/MoveArm.action',
@@ -86,7 +86,8 @@ def elsewhere(tmp_path: Path) -> Path:
 
 
 def humanoid(*arguments: str, env: dict[str, str], cwd: Path) -> Program:
-    return Program(MAIN, *arguments, env=env, cwd=cwd)
+    """Run the installed robot; `make demo` below begins with an interpreter of its own, as a user does."""
+    return robot_program(*arguments, env=env, cwd=cwd, site=Path(env['PYTHONPATH']))
 
 
 def definitions(folder: Path) -> set[str]:
