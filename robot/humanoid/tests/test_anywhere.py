@@ -151,10 +151,13 @@ def test_a_demo_beside_up_takes_a_domain_and_a_second_up_says_what_to_do(
             demo.expect(r'^\[2/10\]', 90.0)
 
 
-@pytest.mark.parametrize('server', ['joint_state_service', 'navigation_action_server'])
+@pytest.mark.parametrize(
+    'server', [pytest.param('joint_state_service', marks=pytest.mark.long), 'navigation_action_server']
+)
 def test_a_demo_sees_a_server_that_was_started_alone(
     env: dict[str, str], elsewhere: Path, server: str
 ) -> None:
+    """All servers share the domain's lock by the same `humanoid.running`; one of them shows it."""
     with humanoid(server, env=env, cwd=elsewhere) as alone:
         alone.expect('ready')
         with humanoid('demo', env=env, cwd=elsewhere) as demo:

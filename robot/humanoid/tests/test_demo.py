@@ -62,10 +62,11 @@ def test_killing_a_program_in_mid_demo_fails_it_by_name(world: dict[str, str], n
     assert 'Traceback' not in output
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_stopping_the_demo_stops_everything_without_a_traceback(
     world: dict[str, str], number: signal.Signals
 ) -> None:
+    """Both signals have one handler, of the supervisor: test_supervisor.py sends it each of them."""
     with humanoid('demo', env=world) as demo:
         demo.expect(r'^\[5/10\] drive to', DEMO)
         demo.send_signal(number)
@@ -76,8 +77,9 @@ def test_stopping_the_demo_stops_everything_without_a_traceback(
     assert 'Traceback' not in output
 
 
-@pytest.mark.parametrize('command', ['up', 'demo'])
+@pytest.mark.parametrize('command', ['up', pytest.param('demo', marks=pytest.mark.long)])
 def test_no_program_outlives_a_killed_supervisor(world: dict[str, str], command: str) -> None:
+    """Both commands start their programs by the same supervisor, which gives each program a lifeline."""
     with humanoid(command, env=world) as program:
         if command == 'up':
             for _ in SERVERS:
