@@ -6,6 +6,7 @@ import importlib.util
 import signal
 import sys
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -25,9 +26,20 @@ def start(request: pytest.FixtureRequest) -> Iterator[Start]:
         yield start
 
 
-@pytest.mark.parametrize('wait', ['spin', 'sleep'])
-@pytest.mark.parametrize('how', ['stays', 'restores'])
-@pytest.mark.parametrize('number', ['SIGINT', 'SIGTERM'])
+EACH_RUN = [
+    ('SIGINT', 'stays', 'spin'),
+    ('SIGINT', 'restores', 'sleep'),
+    ('SIGTERM', 'stays', 'sleep'),
+    ('SIGTERM', 'restores', 'spin'),
+]
+"""Each signal with each handler, with each way of waiting; `make long` runs all that can be combined."""
+COMBINED = [
+    pytest.param(*each, marks=() if each in EACH_RUN else pytest.mark.long)
+    for each in product(['SIGINT', 'SIGTERM'], ['stays', 'restores'], ['spin', 'sleep'])
+]
+
+
+@pytest.mark.parametrize(('number', 'how', 'wait'), COMBINED)
 def test_a_later_handler_finds_the_context_open(start: Start, number: str, how: str, wait: str) -> None:
     robot = start('safe_stop', number, how, wait)
     robot.expect('ready')

@@ -24,8 +24,9 @@ def nothing_left_behind() -> None:
     """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
 
 
-@pytest.mark.parametrize('transport_name', ['rmw_zenoh_cpp', DDS])
+@pytest.mark.parametrize('transport_name', ['rmw_zenoh_cpp', pytest.param(DDS, marks=pytest.mark.long)])
 def test_a_robot_is_watched_sent_and_stopped(stage: Stage, open_page: OpenPage, transport_name: str) -> None:
+    """The page knows no wire: on DDS a shorter test below sees that data, calls and parameters get by."""
     require(transport_name)
     robot = stage.robot()
     _, url = stage.console()
