@@ -28,13 +28,11 @@ class Peer(NamedTuple):
         return self.requirements[0]
 
 
-PEERS = [
-    Peer('pyzeros_peer', ('pyzeros==0.1.0', 'setuptools')),
-    Peer('sdk_peer', ('zenoh-ros2-sdk==0.1.8',)),
-]
+SDK = Peer('sdk_peer', ('zenoh-ros2-sdk==0.1.8',))
+PYZEROS = Peer('pyzeros_peer', ('pyzeros==0.1.0', 'setuptools'))
 
 
-@pytest.fixture(params=PEERS, ids=str)
+@pytest.fixture(params=[SDK, pytest.param(PYZEROS, marks=pytest.mark.long)], ids=str)
 def chosen(request: pytest.FixtureRequest) -> Peer:
     """Each implementation in turn."""
     peer: Peer = request.param

@@ -72,7 +72,7 @@ def _digest(file: Path) -> str:
     return 'sha256=' + base64.urlsafe_b64encode(digest).rstrip(b'=').decode()
 
 
-@pytest.fixture(scope='module', params=['real first', 'goalwire first'])
+@pytest.fixture(scope='module', params=['real first', pytest.param('goalwire first', marks=pytest.mark.long)])
 def both(
     request: pytest.FixtureRequest,
     pytestconfig: pytest.Config,

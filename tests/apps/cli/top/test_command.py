@@ -1,4 +1,4 @@
-"""goalwire top as people run it: the whole command on a terminal, beside a humanoid, on both wires."""
+"""goalwire top as people run it: the whole command on a terminal, beside a humanoid."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from collections.abc import Iterator
 
 import pytest
 from helpers.command_line import CommandLine
+from helpers.isolation import isolated_env
 from helpers.processes import Program
 from helpers.robot import humanoid, robot_env
+from helpers.wires import DDS, require
 
 if sys.platform == 'win32':
     pytest.skip('terminals of POSIX', allow_module_level=True)
@@ -22,6 +24,13 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 SIZE = 130, 32
 F2, F7, DOWN, DELETE = b'\x1bOQ', b'\x1b[18~', b'\x1b[B', b'\x1b[3~'
 LEFT_ALTERNATE_SCREEN = '\x1b[?1049l'
+
+
+@pytest.fixture(scope='module', params=['rmw_zenoh_cpp', pytest.param(DDS, marks=pytest.mark.long)])
+def world(request: pytest.FixtureRequest) -> dict[str, str]:
+    """A world of these programs. What top shows comes from `observe`, which is tested on each wire."""
+    require(request.param)
+    return isolated_env(request.param)
 
 
 @pytest.fixture(scope='module')
