@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from helpers.forking import ForkServer
+from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import DOCS, PAGES, anchors, blocks, links, name_of
 from helpers.terminals import play
+
+_OF_PROGRAMS = ('goalwire.apps.cli.main', 'goalwire.aio', 'goalwire.observe', 'rclpy', 'rclpy.action')
 
 
 def _has_programs(page: Path) -> bool:
     return any(block.language in {'console', 'python'} for block in blocks(page))
 
 
+@pytest.fixture(scope='module')
+def programs() -> Iterator[ForkServer]:
+    """The process that forks the programs and commands of all pages: it has imported what most import.
+
+    Pages share no more than the modules. Each program is a process of its own, in its page's world.
+    """
+    with ForkServer(_OF_PROGRAMS, isolated_env(NETWORK)) as server:
+        yield server
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('page', [page for page in PAGES if _has_programs(page)], ids=name_of)
-def test_a_page_does_what_it_shows(page: Path, tmp_path: Path) -> None:
-    play(page, tmp_path)
+def test_a_page_does_what_it_shows(page: Path, programs: ForkServer, tmp_path: Path) -> None:
+    play(page, tmp_path, programs)
 
 
 @pytest.mark.parametrize('page', PAGES, ids=name_of)

@@ -60,6 +60,9 @@ def run(request: dict[str, Any], streams: list[int]) -> None:
         own = error.with_traceback(trace and trace.tb_next)
         sys.last_value = own
         sys.excepthook(type(own), own, own.__traceback__)
+        if isinstance(error, KeyboardInterrupt):
+            sys.excepthook = lambda *_: None  # it has been printed
+            raise  # an interpreter that this ends dies by SIGINT, for its parent to see
         raise SystemExit(1) from None
 
 

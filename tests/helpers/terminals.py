@@ -18,6 +18,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from helpers.command_line import executable
+from helpers.forking import ForkServer
 from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import Block, blocks
 from helpers.processes import Program
@@ -32,10 +33,14 @@ _PATIENCE = 60.0
 _ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: |no: |wrong  ')
 
 
-def play(page: Path, folder: Path) -> int:
-    """Play a page in an empty folder; returns the number of programs it ran."""
+def play(page: Path, folder: Path, server: ForkServer | None = None) -> int:
+    """Play a page in an empty folder; returns the number of programs it ran.
+
+    A server forks what it can: a command or a program that sets no variables, which are for the start of an
+    interpreter.
+    """
     with ExitStack() as stack:
-        player = _Player(folder, stack)
+        player = _Player(folder, stack, server)
         for block in blocks(page):
             player.play(block)
         for program, output in player.staying:
@@ -48,9 +53,10 @@ def play(page: Path, folder: Path) -> int:
 
 
 class _Player:
-    def __init__(self, folder: Path, stack: ExitStack) -> None:
+    def __init__(self, folder: Path, stack: ExitStack, server: ForkServer | None) -> None:
         self._folder = folder
         self._stack = stack
+        self._server = server
         self._env = isolated_env(NETWORK)
         self.staying: list[tuple[Program, list[str]]] = []
         """Programs of terminals that end with ^C, and what they still have to print."""
@@ -97,7 +103,9 @@ class _Player:
 
     def _start(self, source: str | Path, *arguments: str, **variables: str) -> Program:
         self.count += 1
-        program = Program(source, *arguments, env={**self._env, **variables}, cwd=self._folder)
+        server = None if variables or source == Path('-m') else self._server
+        environment = {**self._env, **variables}
+        program = Program(source, *arguments, env=environment, cwd=self._folder, server=server)
         return self._stack.enter_context(program)
 
 
