@@ -384,7 +384,8 @@ export default {
     },
     loop(now) {
       this.request = requestAnimationFrame(this.loop);
-      const share = 1 - Math.exp((-(this.smooth ?? SMOOTH) * Math.min(now - this.last, 200)) / 1000);
+      const passed = Math.max(0, Math.min(now - this.last, 200)); // a first frame may have begun before the scene was made
+      const share = 1 - Math.exp((-(this.smooth ?? SMOOTH) * passed) / 1000);
       this.last = now;
       if (this.moving) {
         let left = 0;
