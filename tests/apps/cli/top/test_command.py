@@ -22,6 +22,7 @@ from helpers.screens import CTRL_C, Screen, screen
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 
 SIZE = 130, 32
+OF_THE_ROBOT = 'PYTHONPATH', 'GOALWIRE_INTERFACE_PATH', 'HUMANOID_PHYSICS'
 F2, F7, DOWN, DELETE = b'\x1bOQ', b'\x1b[18~', b'\x1b[B', b'\x1b[3~'
 LEFT_ALTERNATE_SCREEN = '\x1b[?1049l'
 
@@ -36,7 +37,7 @@ def world(request: pytest.FixtureRequest) -> dict[str, str]:
 @pytest.fixture(scope='module')
 def robot(world: dict[str, str]) -> Iterator[dict[str, str]]:
     """A humanoid that is up; its environment."""
-    env = world | {name: robot_env()[name] for name in ('PYTHONPATH', 'GOALWIRE_INTERFACE_PATH')}
+    env = world | {name: robot_env()[name] for name in OF_THE_ROBOT}
     with humanoid('up', env=env) as up:
         for _ in range(4):
             up.expect('(Service|Server) ready')
