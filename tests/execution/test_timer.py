@@ -490,6 +490,23 @@ def test_a_rate_and_a_sleep_end_in_time_when_the_machines_clock_is_set_back(cont
         assert not thread.is_alive()
 
 
+class SetBackAtOnce(Adjustable):
+    """A system clock that is set back by an hour as soon as it has been read."""
+
+    __slots__ = ()
+
+    def system_now(self) -> int:
+        now = super().system_now()
+        self.shift = -3600 * 1000 * MS
+        return now
+
+
+def test_a_sleep_ends_in_time_if_the_clock_is_set_back_as_it_begins(context: SmallContext) -> None:
+    context.shutdown_signal.clock = time = SetBackAtOnce()
+    clock = ROSClock(source=time)
+    assert in_thread(lambda: clock.sleep_for(Duration(nanoseconds=10 * MS), context)).wait(PATIENCE)
+
+
 def sim(seconds: float) -> Time:
     return Time(seconds=seconds, clock_type=ClockType.ROS_TIME)
 

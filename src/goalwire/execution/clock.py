@@ -216,35 +216,31 @@ class Clock:
 
         Raises NotInitializedException if the context is not up, ValueError for a time of another clock type.
         """
-        return self._sleep(until, context, bool)
+        return self._sleep(until, context)
 
-    def _sleep(self, until: Time, context: ContextLike | None, is_over: Callable[[], bool]) -> bool:
-        """Sleep as `sleep_until` does, or until `is_over()` is True."""
+    def _sleep(self, until: Time, context: ContextLike | None, steady_end: int | None = None) -> bool:
+        """Sleep as `sleep_until` does, and until the steady time `steady_end` at the latest."""
         context = default_context() if context is None else context
         if not context.ok():
             raise NotInitializedException
         if until.clock_type is not self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
         shutdown_signal = context.shutdown_signal
-        reached = self.wait_until(until.nanoseconds, shutdown_signal.new_waiter(), shutdown_signal, is_over)
-        return reached or (shutdown_signal.alive and is_over())
+        waiter = shutdown_signal.new_waiter()
+        return self.wait_until(until.nanoseconds, waiter, shutdown_signal, steady_end=steady_end)
 
     def sleep_for(self, rel_time: Duration, context: ContextLike | None = None) -> bool:
         """Block for `rel_time` of this clock, also if the machine's clock is set meanwhile; see
         `sleep_until`.
         """
-        return self._sleep(self.now() + rel_time, context, self.has_passed(rel_time.nanoseconds))
+        return self._sleep(self.now() + rel_time, context, self.steady_end_of(rel_time.nanoseconds))
 
-    def has_passed(self, duration_ns: int) -> Callable[[], bool]:
-        """Return a function that tells whether `duration_ns` of steady time have passed.
+    def steady_end_of(self, duration_ns: int) -> int | None:
+        """Return the steady time, in ns, at which `duration_ns` from now have passed.
 
-        The function returns False while this clock is overridden.
+        Returns None while this clock is overridden, since simulated time goes its own way.
         """
-        if self.overridden:
-            return bool
-        source = self.source
-        end = source.now() + duration_ns
-        return lambda: not self.overridden and source.now() >= end
+        return None if self.overridden else self.source.now() + duration_ns
 
     def wait_until(
         self,
@@ -252,12 +248,22 @@ class Clock:
         waiter: Waiter,
         shutdown_signal: ShutdownSignal,
         is_over: Callable[[], bool] = bool,
+        steady_end: int | None = None,
     ) -> bool:
-        """Sleep until this clock shows `target_ns` (True), or until `is_over()` or the shutdown (False)."""
+        """Sleep until this clock shows `target_ns` (True), or until `is_over()` or the shutdown (False).
+
+        The steady time `steady_end` ends the sleep, too (True), unless this clock is overridden: whoever sets
+        the machine's clock back makes no sleep longer.
+        """
         watch = shutdown_signal.watch(waiter.wake)
         try:
-            while shutdown_signal.alive and not is_over():
+            while shutdown_signal.alive:
+                # The clock is read before `is_over()`, which may notice that the clock has been set back.
                 missing = target_ns - self.now_ns()
+                if steady_end is not None and not self.overridden:
+                    missing = min(missing, steady_end - self.source.now())
+                if is_over():
+                    return False
                 if missing <= 0:
                     return True
                 self._wait_on_lock(waiter, missing)
@@ -335,13 +341,18 @@ class ROSClock(Clock):
         waiter: Waiter,
         shutdown_signal: ShutdownSignal,
         is_over: Callable[[], bool] = bool,
+        steady_end: int | None = None,
     ) -> bool:
         # A switch between system and overriding time ends the wait: the target belongs to the time before it.
         switches = self._switches
         self._sleepers.append(waiter)
         try:
             return super().wait_until(
-                target_ns, waiter, shutdown_signal, lambda: is_over() or self._switches != switches
+                target_ns,
+                waiter,
+                shutdown_signal,
+                lambda: is_over() or self._switches != switches,
+                steady_end,
             )
         finally:
             self._sleepers.remove(waiter)
@@ -469,11 +480,11 @@ def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, shutdown_si
     one.
     """
     waiter = shutdown_signal.new_waiter()
-    is_over = clock.has_passed(until_ns - clock.now_ns())
+    steady_end = clock.steady_end_of(until_ns - clock.now_ns())
     future.add_waker(waiter.wake)
     try:
         with add_capacity():
-            clock.wait_until(until_ns, waiter, shutdown_signal, lambda: future.settled() or is_over())
+            clock.wait_until(until_ns, waiter, shutdown_signal, future.settled, steady_end)
         return future.settled()
     finally:
         future.remove_waker(waiter.wake)
