@@ -74,7 +74,7 @@ def test_a_discovery_server_is_named_with_what_to_do(
 ) -> None:
     monkeypatch.setenv('ROS_DISCOVERY_SERVER', '192.0.2.7:11811')
     session_settings(0, 'rmw_fastrtps_cpp')
-    assert 'without effect on this session: ROS_DISCOVERY_SERVER. Discovery servers are not' in warnings[0]
+    assert 'without effect on this session: ROS_DISCOVERY_SERVER. goalwire does not talk' in warnings[0]
     assert 'start the robot without ROS_DISCOVERY_SERVER too' in warnings[0]
     assert 'name the other machines in ROS_STATIC_PEERS' in warnings[0]
     session_settings(0, 'rmw_cyclonedds_cpp')

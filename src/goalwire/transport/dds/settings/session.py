@@ -158,8 +158,8 @@ def _warn_of_ignored(findings: Findings | None, rmw: str) -> None:
     advice = ''
     if any(name in _SERVER_VARIABLES or DISCOVERY_SERVER in name for name in names):
         advice = (
-            '. Discovery servers are not spoken to, and who uses one is not found without it: start the '
-            'robot without ROS_DISCOVERY_SERVER too, and if multicast does not pass, name the other '
+            '. goalwire does not talk to discovery servers, and does not find programs that use one: start '
+            'the robot without ROS_DISCOVERY_SERVER too, and if multicast does not pass, name the other '
             'machines in ROS_STATIC_PEERS'
         )
     _warn(f'set, but without effect on this session: {"; ".join(names)}{advice}')
