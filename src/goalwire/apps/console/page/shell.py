@@ -153,9 +153,8 @@ class Shell:
     def _who(name: str) -> None:
         """Show who has signed in, with a button to sign out."""
         ui.label(name).classes('gw-chip').props('data-who').tooltip('You have signed in under this name')
-        out = ui.button(icon='logout', on_click=lambda: ui.navigate.to(SIGN_OUT)).props(
-            'flat dense round size=sm data-sign-out'
-        )
+        # A link: the browser follows it although the page is not connected yet, or not any more.
+        out = ui.button(icon='logout').props(f'flat dense round size=sm data-sign-out href={SIGN_OUT}')
         out.classes('gw-quiet').tooltip('Sign out')
 
     def _refresh_bar(self) -> None:
