@@ -220,5 +220,5 @@ def test_an_identity_cannot_vouch_for_another(keystore: Keystore) -> None:
 
 @pytest.mark.parametrize('message', [b'', b'[]', b'{}', b'{"session": "a"}', b'[' * 100_000, b'\xff'])
 def test_what_shows_no_certificate_is_refused(keystore: Keystore, message: bytes) -> None:
-    with pytest.raises(SecurityError, match='this shows no certificate'):
+    with pytest.raises(SecurityError, match='the message shows no certificate'):
         succession.read_shown(message, 'b2', keystore.trust())

@@ -405,7 +405,7 @@ class RequestClient:
             call.discard_request()
 
     def discard(self, call: PendingCall) -> None:
-        """Forget the request that `call` has sent last, here and on the wire."""
+        """Drop the last request of `call`: ignore its answer, and have the transport cancel the request."""
         sequence, call.sent_as = call.sent_as, 0
         port = self._port
         if self.pending.pop(sequence, None) is not None and port is not None:

@@ -100,7 +100,10 @@ class SignalListener:
         self._noticed_ns = STEADY.now()
 
     def close(self) -> bool:
-        """Restore the earlier wake-up descriptor; False if the thread must stay, to pass signals on."""
+        """Restore the wake-up descriptor that was set before.
+
+        Return False if the listener's thread must go on, since it passes signals on to that descriptor.
+        """
         with suppress(ValueError):
             LISTENING.remove(self)
         if sys.platform != 'win32' and self._nudges and signal.getsignal(signal.SIGURG) is _answer:

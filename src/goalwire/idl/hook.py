@@ -129,7 +129,7 @@ class InterfaceFinder:
         return None
 
     def _kind_spec(self, fullname: str, path: 'Sequence[str]') -> 'ModuleSpec | None':
-        """Return the spec of name.msg, name.srv or name.action for a Python package `name` at `path`."""
+        """Return the import spec of the submodule msg, srv or action of the Python package at `path`."""
         package = fullname.partition('.')[0]
         if package in NEVER_PACKAGES or package[0] == '_':
             return None

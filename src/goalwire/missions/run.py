@@ -148,7 +148,7 @@ class MissionRun:
     # -- writing -------------------------------------------------------------------------------------------
 
     async def write(self, *entries: Entry, state: MissionState | None = None, why: str = '') -> None:
-        """Write entries and the mission's new state to the disk. If that fails, the code ends."""
+        """Write entries and the mission's new state to the disk; if that fails, its code is ended."""
         if state is None and self.state is not MissionState.RUNNING:
             state = MissionState.RUNNING
         await self._write(Change(self.row.id, entries, state, why))

@@ -107,7 +107,7 @@ class McapWriter:
         """How many messages the file has, including those that wait for their chunk to fill up."""
         self._has_end = False
         self._end_size = 0
-        """The size of the latest end, in bytes."""
+        """The size, in bytes, of the end of the file (index and footer) as it was last written."""
         self._since_end = 0
         self._data_end = 0
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, 'O_CLOEXEC', 0) | getattr(os, 'O_BINARY', 0)

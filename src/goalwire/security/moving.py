@@ -17,7 +17,7 @@ MOVES = 'moves'
 SILENT_S = 10.0
 """A stream ends after so many seconds without a message."""
 EACH_S = 60.0
-"""The time in s between two entries of a stream that goes on."""
+"""While a stream of moving commands goes on, it has an entry in the audit log every so many seconds."""
 MOST_STREAMS = 1024
 """How many streams are told apart: a peer could invent names. Each message of a further stream has an entry.
 """

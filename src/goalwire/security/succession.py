@@ -49,7 +49,7 @@ def read_shown(message: bytes, receiver: str, trusted: x509.Certificate) -> tupl
         signature = b64decode(found['signature'])
         key = chain[0].public_key()
     except (ValueError, TypeError, KeyError, IndexError, RecursionError) as error:
-        raise SecurityError(f'this shows no certificate: {error}') from None
+        raise SecurityError(f'the message shows no certificate: {error}') from None
     certificates.verify(chain, trusted)
     if not isinstance(key, ec.EllipticCurvePublicKey):
         raise SecurityError('the certificate is for a key of another kind than P-256')

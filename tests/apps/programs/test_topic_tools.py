@@ -80,7 +80,7 @@ def test_throttle_passes_one_of_a_burst(run: Run, node: Node) -> None:
         ),
         (['throttle'], "it needs the word 'messages' or 'bytes', a topic and a rate"),
         (['drop', 'numbers', '4', '3'], '4 of every 3 messages cannot be dropped'),
-        (['relay'], 'it needs a topic to listen to'),
+        (['relay'], 'no input topic: name the topic to listen to'),
         (['mux', 'out'], 'it needs an output and at least one input'),
     ],
 )

@@ -68,7 +68,7 @@ def _carrot(path: Array, pose: Pose2D) -> tuple[float, float]:
 
 
 def _last_piece(costmap: Costmap, pose: Pose2D, goal: Pose2D, away: float) -> Velocity2D:
-    """Return the velocity straight to the goal, in any direction, while the base turns to its heading."""
+    """Return a velocity straight to the goal, sideways too, while the base turns to the goal's heading."""
     turn = turn_between(pose.yaw, goal.yaw)
     turning = math.copysign(min(1.0, 1.5 * abs(turn) + 0.1), turn)
     if abs(turn) <= TURNED_WITHIN / 2.0:

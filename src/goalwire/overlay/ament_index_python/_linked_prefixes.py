@@ -45,10 +45,10 @@ def with_programs(package: str, prefix: str) -> str:
 
 
 def around(package: str, share: str, *, of_distribution: bool) -> str:
-    """Return a prefix for a package whose files are in the folder `share`, not in <prefix>/share/<package>.
+    """Return a prefix, made of links, for a package whose files are in `share` itself.
 
-    `of_distribution`: pip installed the package, so it may have programs. If links cannot be made, return
-    `share` itself.
+    If pip installed the package (`of_distribution`), the prefix has links to its programs, too. Return
+    `share` if links cannot be made.
     """
     return _make(package, Path(share), _programs(package) if of_distribution else []) or share
 

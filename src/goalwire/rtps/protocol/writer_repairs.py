@@ -187,7 +187,7 @@ class Repairs:
             if number > last or left <= 0:
                 break
             if change is not None and change.size > output.fragment_size and not change.fragment_size:
-                # A sample that is older than all readers has not been cut into fragments yet.
+                # A sample that was written before the first reader came has not been cut into fragments yet.
                 change.fragment_size = output.fragment_size
             if change is None or number < proxy.start or change.reader not in (None, proxy.data.guid):
                 gone.append(number)

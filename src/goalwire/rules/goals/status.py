@@ -47,7 +47,7 @@ class StatusArray:
 
     def __init__(self) -> None:
         self._entries = bytearray()
-        """The entries, all with padding. `encode` leaves the padding of the first entry out."""
+        """The encoded GoalStatus entries, each after its padding. `encode` leaves the first padding out."""
         self._numbers: list[int] = []
         """The goals' numbers, ascending, in the order of their entries."""
         self._number_of: dict[GoalId, int] = {}

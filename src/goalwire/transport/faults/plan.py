@@ -114,7 +114,7 @@ class Plan:
                 fault.check(method)
 
     def passes(self, moment: Moment, packet: Packet) -> bool:
-        """Return whether a packet goes on after this moment: True unless its source or target is dead."""
+        """Strike at this moment of a packet's way; return False if its source or its target is dead then."""
         for fault in self._faults:
             if isinstance(fault, Kill) and fault.strikes(moment, packet):
                 self._kill(packet.target if moment is Moment.ARRIVED else packet.source, fault)

@@ -47,7 +47,7 @@ def decode(data: bytes) -> Attachment:
     elif len(data) == NAMED_SIZE:
         name1, sequence, name2, timestamp, name3, gid = _NAMED.unpack(data)
         if (name1, name2, name3) != _NAMES:
-            raise RemoteError('attachment: its 77 bytes lack the field names that the older form has')
+            raise RemoteError('attachment: it has the 77 bytes of the older form, but not its field names')
     else:
         raise RemoteError(
             f'attachment: {len(data)} bytes, expected {SIZE}, or {NAMED_SIZE} in the older form'

@@ -106,7 +106,7 @@ class Init:
             )
         who = reader.u8()
         if who & 3 == 3:
-            raise ZenohProtocolError('it sent the number of a role that does not exist: 3', UNSUPPORTED)
+            raise ZenohProtocolError('it sent 3 as its role, and no role has that number', UNSUPPORTED)
         zid = reader.zid((who >> 4) + 1)
         sizes, batch_size = SIZES, MAX_BATCH
         if header & HAS_SIZES:

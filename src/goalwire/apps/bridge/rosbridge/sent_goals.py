@@ -85,7 +85,9 @@ class SendingGoals:
             self._client.tell('error', f'cancel_action_goal: {error}', operation)
 
     def close(self) -> None:
-        """Do nothing: the goals are tasks of the client, which cancels them unless the bridge keeps goals."""
+        """Do nothing here: a client that disconnects cancels the tasks of its goals, unless the bridge was
+        started to keep the goals.
+        """
 
 
 class _Reports:

@@ -24,7 +24,7 @@ class Tool(Node):
         source = declare_text(self, 'input_topic', source)
         target = declare_text(self, 'output_topic', target or f'{source}_{name}')
         if not source:
-            raise UsageError('it needs a topic to listen to')
+            raise UsageError('no input topic: name the topic to listen to')
         self._output = Output(self, target)
         self.is_passed: Callable[[int], bool] = lambda _size: True
         self._input = Input(self, source, self._output.open, self._take)

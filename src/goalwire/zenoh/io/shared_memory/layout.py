@@ -23,7 +23,7 @@ OLD_VERSION, VERSION = 1, 2
 PROTOCOLS_AT = 24
 MOST_PROTOCOLS = 256
 POSIX = 0
-"""The protocol of segments in /dev/shm."""
+"""The number by which Zenoh names the protocol of segments in /dev/shm."""
 MARK_AT = PROTOCOLS_AT + 4 * 252
 """The offset of goalwire's mark, in unused entries of the table of protocols."""
 MARK = Struct('=QII')
