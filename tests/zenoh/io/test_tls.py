@@ -7,6 +7,7 @@ import socket
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from threading import Event
 from typing import NamedTuple
 
 import pytest
@@ -20,7 +21,7 @@ from goalwire.records import replace
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
 from goalwire.zenoh.io import fault_log, socket_link
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
-from goalwire.zenoh.io.tls import TlsStream, client_context, server_context
+from goalwire.zenoh.io.tls import TlsSocketLink, TlsStream, client_context, server_context
 
 PAIRS = [(Ours, Ours), (Ours, Theirs), (Theirs, Ours), (Portable, Portable)]
 MAKES = pytest.mark.parametrize('makes', PAIRS, ids=lambda pair: f'{pair[0].make}-{pair[1].make}')
@@ -259,6 +260,24 @@ def test_one_that_does_not_shake_hands_is_hung_up_on(
             pass
     wait_for(lambda: warnings, 'a warning')
     assert len(warnings) == 1
+
+
+def test_a_link_that_ended_before_it_began_leaves_its_descriptor_to_others(
+    certificates: Certificates, open_side: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its number may belong to another file by then."""
+    ended, start = Event(), TlsSocketLink.start
+
+    def end_and_start(link: TlsSocketLink) -> None:
+        link.end('the session is being closed')
+        start(link)
+        ended.set()
+
+    monkeypatch.setattr(TlsSocketLink, 'start', end_and_start)
+    where = address('tls')
+    open_side(Ours, listen=(where,), tls=certificates.files)
+    with socket.create_connection(('127.0.0.1', parse(where).port)):
+        assert ended.wait(PATIENCE)
 
 
 def test_a_full_link_loses_nothing(certificates: Certificates, open_side: Open) -> None:

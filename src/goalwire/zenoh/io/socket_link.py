@@ -123,6 +123,10 @@ class SocketLink:
             if self._has_ended:  # the descriptor may belong to another file by now
                 return
             self._poller.register(self._fd, IN, self.on_ready)
+        self._start_link()
+
+    def _start_link(self) -> None:
+        """Start the link. With TLS, its handshake comes first."""
         self.link.start()
 
     # ---- writing: under the link's lock

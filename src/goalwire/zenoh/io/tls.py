@@ -15,7 +15,7 @@ from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from goalwire.concurrency.poller import IN, OUT, Poller
+from goalwire.concurrency.poller import OUT, Poller
 from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.errors import SecurityError, TransportError
 from goalwire.zenoh.io.endpoints import TlsFiles
@@ -272,8 +272,7 @@ class TlsSocketLink(SocketLink):
         self._send = tls.send
         self._sendmsg = tls.sendmsg
 
-    def start(self) -> None:
-        self._poller.register(self._fd, IN, self.on_ready)
+    def _start_link(self) -> None:
         self._shake_hands()
 
     def _shake_hands(self) -> None:
