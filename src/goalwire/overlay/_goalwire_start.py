@@ -26,7 +26,12 @@ class HookLoader:
         """Install the import hook, which importlib asks next, unless the standard library has the module."""
         if self._is_done or fullname.partition('.')[0] in _NOT_OURS:
             return
-        from goalwire.idl import hook
+        try:
+            from goalwire.idl import hook
+        except ModuleNotFoundError as error:
+            if error.name != 'goalwire':
+                raise
+            return  # pip builds a package: it has taken this environment's folders out of the path
 
         hook.install()
         self._is_done = True
