@@ -1,4 +1,4 @@
-"""What pip builds in an environment that has goalwire."""
+"""Packages that pip builds in an environment that has goalwire."""
 
 from __future__ import annotations
 

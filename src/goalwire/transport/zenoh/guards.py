@@ -47,7 +47,7 @@ MOST_TOLD = 4096
 
 
 class SessionSecurity:
-    """What one session has read from the keystore: its identity, the policy and the revoked names."""
+    """The identity, the policy and the revoked names that one session has read from the keystore."""
 
     def __init__(self, chosen: Chosen) -> None:
         """Raises SecurityError if the policy or the list of revoked names cannot be used."""

@@ -33,7 +33,7 @@ MsgT = TypeVar('MsgT')
 
 
 class StateMachine:
-    """What programs read of rclpy's `node._state_machine`: a node has no public name for it.
+    """The part of rclpy's `node._state_machine` that programs read: a node has no public name for it.
 
     The services are None if the node has no communication interface.
     """
