@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self, TypeVar, overload
@@ -275,6 +275,18 @@ class Executor(CallbackRunner):
         if condition():
             raise ConditionReachedException
         raise TimeoutException
+
+    def _wait_for_ready_callbacks(
+        self,
+        timeout_sec: Timeout = None,
+        nodes: list[Any] | None = None,
+        condition: Callable[[], bool] = bool,
+    ) -> Iterator[tuple[Task[None], object, Any]]:
+        """Yield one piece of ready work after the other; raises as wait_for_ready_callbacks does. Programs
+        call this private name of rclpy.
+        """
+        while True:
+            yield self.wait_for_ready_callbacks(timeout_sec, nodes, condition)
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002
         """End every spin, remove the nodes, and return True. A callback that runs now may end later."""

@@ -93,6 +93,10 @@ class _ForeignWorkQueue:
         else:
             self._executor.create_task(source.run)
 
+    def executor(self) -> MakesTasks:
+        """Return the executor to which this queue belongs."""
+        return self._executor
+
 
 def _work_queue_of(executor: MakesTasks) -> NodeWorkQueue:
     work_queue: NodeWorkQueue | None = getattr(executor, 'work_queue', None)
@@ -319,6 +323,12 @@ class Future(Generic[T]):
     def decode(self, raw: object, /) -> T:
         """Return the result that the payload of `set_raw` stands for. Subclasses override this method."""
         return cast('T', raw)
+
+    def _executor(self) -> object:
+        """Return the executor that runs the done callbacks; None if there is none. Programs read this private
+        name of rclpy.
+        """
+        return None if self._work_queue is None else self._work_queue.executor()
 
     def _set_executor(self, executor: MakesTasks | None) -> None:
         self._work_queue = None if executor is None else _work_queue_of(executor)

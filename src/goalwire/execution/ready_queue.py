@@ -379,6 +379,11 @@ class NodeWorkQueue:
         """True if an executor runs the work of this node."""
         return self.queue is not None
 
+    def executor(self) -> object:
+        """Return the executor that runs the work of this node, or ran it last; None if there is none."""
+        driver = self.home.driver
+        return None if driver is None else driver()
+
     def post(self, source: CallbackSource) -> None:
         """Queue `source` for the executor. Callable from any thread."""
         queue = self.queue

@@ -12,6 +12,8 @@ from helpers.spinning import MakeNode, Spin, wait_until
 from rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from rclpy import _rclpy_pybind11
 from rclpy.action import ActionServer
+from rclpy.context import Context
+from rclpy.executors import ShutdownException, TimeoutException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_event_handler import ParameterEventHandler
@@ -23,6 +25,7 @@ from rclpy.qos_overriding_options import (
     _get_qos_policy_parameter,
 )
 from rclpy.subscription import Subscription
+from rclpy.task import Future
 from rclpy.time_source import TimeSource
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -143,6 +146,41 @@ def test_an_executor_makes_futures_and_tells_whether_it_spins(node: Node, execut
     assert seen == []
     executor.spin_once(timeout_sec=PATIENCE)
     wait_until(node.context, lambda: seen == [True])
+
+
+def test_a_future_names_its_executor(node: Node, executor: Any) -> None:
+    class Own:
+        """An executor that rclpy knows nothing of."""
+
+        def create_task(self, callback: Any, *args: object) -> None:
+            callback(*args)
+
+    own = Own()
+    futures: list[Any] = [executor.create_future(), executor.create_task(bool), Future(executor=own), Future()]
+    assert [future._executor() for future in futures] == [executor, executor, own, None]
+    client = node.create_client(SetBool, 'switch')
+    futures = [client.call_async(SetBool.Request())]
+    assert futures[0]._executor() is None
+    executor.add_node(node)
+    assert futures[0]._executor() is executor
+
+
+def test_an_executor_yields_ready_work_piece_by_piece(context: Context, executor: Any) -> None:
+    done: list[str] = []
+    for word in ('first', 'second'):
+        executor.create_task(done.append, word)
+    ready = executor._wait_for_ready_callbacks(timeout_sec=0)
+    for _ in range(2):
+        task, entity, node = next(ready)
+        assert entity is node is None
+        task()
+    assert done == ['first', 'second']
+    with pytest.raises(TimeoutException):
+        next(ready)
+    ready = executor._wait_for_ready_callbacks()
+    executor.shutdown()
+    with pytest.raises(ShutdownException):
+        next(ready)
 
 
 def test_goals_of_a_server_without_an_execute_callback_are_ended_by_the_program(

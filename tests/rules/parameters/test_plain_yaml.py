@@ -127,6 +127,12 @@ def test_a_file_without_what_is_wanted_is_refused(content: object, error: str) -
         flat_values(content, ['nope'], use_wildcard=False)
 
 
+def test_a_name_with_a_namespace_is_missed_in_the_words_of_rclpy() -> None:
+    error = r'^Param file does not contain selected parameters: none for /no/pn,only for nodes: '
+    with pytest.raises(FileShapeError, match=error):
+        flat_values(CONTENT, ['/no/pn'], use_wildcard=False)
+
+
 def test_a_file_of_wildcards_alone_has_nothing_for_nobody() -> None:
     with pytest.raises(FileShapeError, match=r'^Param file does not contain selected parameters$'):
         flat_values({'/**': {'ros__parameters': {'a': 1}}}, None, use_wildcard=False)

@@ -116,9 +116,10 @@ def _names_of(node: str, branches: Collection[str], *, use_wildcard: bool) -> li
     names = [name for name in patterns if matches(name, absolute)]
     names += [name for name in branches if name == node or ('*' not in name and matches(name, absolute))]
     if not names:
+        # rclpy has one text for names with a namespace, and another for names without.
+        missing = 'selected parameters: none' if '/' in absolute[1:] else 'parameters'
         raise FileShapeError(
-            f'Param file does not contain parameters for {node},'
-            f'only for nodes: {reprlib.repr(list(branches))}'
+            f'Param file does not contain {missing} for {node},only for nodes: {reprlib.repr(list(branches))}'
         )
     return names
 
