@@ -13,6 +13,7 @@ GoalwireError
 │   ├── ForkedError       a context opened before fork() is used in the child
 │   ├── RCLError          what rclpy's C library refuses (also a RuntimeError)
 │   │   ├── ShutDownError             the context was shut down (also a ClosedError)
+│   │   │   └── ShutDownBySignalError … by a signal (also an ExternalShutdownException)
 │   │   ├── RCLInvalidROSArgsError    arguments of a node that do not parse
 │   │   ├── UnknownROSArgsError       arguments that ROS 2 does not know
 │   │   ├── UnsupportedEventTypeError an event that the wire cannot tell
@@ -241,6 +242,14 @@ class ShutDownError(RCLError, ClosedError):
 
     def __init__(self, what: str) -> None:
         super().__init__(f'{what}: the context was shut down; do this before, or ask rclpy.ok() first')
+
+
+class ShutDownBySignalError(ShutDownError, ExternalShutdownException):
+    """An entity was used after a signal had ended its context.
+
+    Programs that expect a signal catch ExternalShutdownException around their spin. So they end as usual,
+    too, if a callback publishes just after the signal.
+    """
 
 
 class RCLInvalidROSArgsError(RCLError):

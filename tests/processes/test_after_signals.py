@@ -22,7 +22,7 @@ def test_nothing_is_sent_after_sigterm(start: Start, front: str, transport: str)
         commander = start('commander', front, kind, 'stubborn', RMW_IMPLEMENTATION=transport)
         robot.expect(f'moving {kind}')
         commander.send_signal(signal.SIGTERM)
-        assert "0 of 200 late commands went through; ['ShutDownError']" in commander.succeed()
+        assert "0 of 200 late commands went through; ['ShutDownBySignalError']" in commander.succeed()
     robot.send_signal(signal.SIGINT)
     assert 'LATE' not in robot.succeed()
 
@@ -45,6 +45,6 @@ def test_a_loop_that_catches_nothing_ends(start: Start, front: str, transport: s
     robot.expect(f'moving {kind}')
     commander.send_signal(signal.SIGTERM)
     assert commander.wait() == 1
-    assert 'ShutDownError: ' in commander.output
+    assert 'Traceback' not in commander.output, 'the signal has ended the program'
     robot.send_signal(signal.SIGINT)
     assert 'LATE' not in robot.succeed()

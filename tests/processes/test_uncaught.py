@@ -75,6 +75,41 @@ node = rclpy.create_node('lamp')
 node.create_publisher({arguments})
 """
 
+LATE = """\
+import os, signal, sys, threading, rclpy
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, SingleThreadedExecutor
+from example_interfaces.srv import AddTwoInts
+from std_msgs.msg import String
+
+ended = threading.Event()
+signal.signal(signal.SIGTERM, lambda *_: ended.set())  # runs after the context has ended
+rclpy.init()
+node = rclpy.create_node('lamp')
+publisher = node.create_publisher(String, 'chatter', 10)
+client = node.create_client(AddTwoInts, 'add')
+
+def publish():
+    {end}
+    {late}
+
+def spin():
+    with {executor}() as executor:
+        executor.add_node(node)
+        executor.create_task(publish)
+        executor.spin()
+
+if 'guarded' in sys.argv:
+    try:
+        spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+else:
+    spin()
+"""
+"""A callback during which the context ends, and which then goes on as before."""
+
 OWN_LOOP = """\
 import time, rclpy
 
@@ -173,6 +208,39 @@ def test_a_thread_of_the_program_shows_its_own_frames_too(tmp_path: Path, isolat
 def test_a_thread_that_spins_ends_quietly_with_its_context(tmp_path: Path, isolated: dict[str, str]) -> None:
     with Program(script(tmp_path, SPINS_IN_THREAD), env=isolated) as program:
         assert program.succeed() == 'over'
+
+
+LATE_USES = {
+    'publish': 'publisher.publish(String())',
+    'call': 'client.call(AddTwoInts.Request())',
+    'create': "node.create_publisher(String, 'other', 10)",
+    'node': "rclpy.create_node('other')",
+}
+
+
+@pytest.mark.parametrize('executor', ['SingleThreadedExecutor', 'MultiThreadedExecutor'])
+@pytest.mark.parametrize('use', LATE_USES)
+def test_a_callback_that_goes_on_after_sigterm_ends_the_program_as_usual(
+    tmp_path: Path, isolated: dict[str, str], use: str, executor: str
+) -> None:
+    end = 'os.kill(os.getpid(), signal.SIGTERM); ended.wait()'
+    text = LATE.format(end=end, late=LATE_USES[use], executor=executor)
+    file = script(tmp_path, text)
+    with Program(file, 'guarded', env=isolated) as program:
+        assert program.succeed() == ''
+    with Program(file, env=isolated) as program:
+        status = program.wait()
+        assert program.output == ''
+    assert status == (0 if executor == 'MultiThreadedExecutor' else 1), 'that of a spin that SIGTERM ends'
+
+
+def test_a_callback_that_goes_on_after_its_own_shutdown_is_told(
+    tmp_path: Path, isolated: dict[str, str]
+) -> None:
+    text = LATE.format(end='rclpy.shutdown()', late=LATE_USES['publish'], executor='SingleThreadedExecutor')
+    with Program(script(tmp_path, text), 'guarded', env=isolated) as program:
+        assert program.wait() == 1
+        assert "ShutDownError: cannot publish on '/chatter'" in program.output
 
 
 def test_hooks_of_others_stay(tmp_path: Path, isolated: dict[str, str]) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from goalwire.aio.entity import Entity
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.type_support import named_message_support
-from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
+from goalwire.errors import ClosedError, InvalidHandle
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class RawPublisher(Entity):
         try:
             port.publish(data)
         except ClosedError:
-            raise ShutDownError(f"cannot publish on '{self.name}'") from None
+            raise self._node.context.shutdown_signal.end_error(f"cannot publish on '{self.name}'") from None
 
     def subscribers(self) -> int:
         """Return how many subscriptions match. Raises InvalidHandle once closed."""

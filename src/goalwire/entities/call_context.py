@@ -122,6 +122,10 @@ class CallContext:
             error.args = (f'{error}; {hint}',)
         return error
 
+    def end_error(self) -> ShutDownError:
+        """Make the error of a call whose context has ended."""
+        return self.context.shutdown_signal.end_error(self.title)
+
     def hint(self) -> str:
         """Return a hint about similar names or types in the graph; '' if there are none."""
         from goalwire.graph.near_misses import near_misses
@@ -131,7 +135,7 @@ class CallContext:
     def check_alive(self) -> None:
         """Raise ShutDownError if the context has ended."""
         if not self.context.ok():
-            raise ShutDownError(self.title)
+            raise self.end_error()
 
     # -- for coroutines under any asyncio loop
 

@@ -157,7 +157,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         if not settled:
             future.discard()
             if future.pending() and not shutdown_signal.alive:
-                raise ShutDownError(self.what_fails())
+                raise context.shutdown_signal.end_error(self.what_fails())
             if future.pending() and timeout_sec is not None:
                 raise self._late_error(timeout_sec)
         try:
@@ -274,7 +274,7 @@ class AwaitedCalls:
         if future.cancelled():
             raise CancelledError(f"the client of '{client.full_name}' was destroyed")
         if future.pending():
-            raise ShutDownError(f"no response of '{client.full_name}' came")
+            raise client.node.context.shutdown_signal.end_error(f"no response of '{client.full_name}' came")
         try:
             return future.result()
         finally:
@@ -284,7 +284,7 @@ class AwaitedCalls:
         """Wait until there is a server. Raises InvalidHandle if the client is destroyed, ShutDownError."""
         client = self._client
         if not await await_graph(client.node.context, client.server_is_there):
-            raise ShutDownError(f"no server of '{client.full_name}' came")
+            raise client.node.context.shutdown_signal.end_error(f"no server of '{client.full_name}' came")
 
     def cancel(self) -> None:
         """Cancel the waiting calls, even if a server may still answer them."""

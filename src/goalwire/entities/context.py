@@ -324,12 +324,13 @@ class Context:
         if self._domain_id is None:
             raise NotInitializedException('cannot create node')
         if not self.shutdown_signal.alive:
+            if self.shutdown_signal.is_by_signal:
+                raise self.shutdown_signal.end_error('cannot create node')
             raise RCLError(
                 'the given context is not valid, either init() was not called or shutdown() was; '
                 'to begin anew, call rclpy.try_shutdown() and rclpy.init()'
             )
-        enclave = self.arguments.enclave or '/'
-        options = SessionOptions(domain_id=self._domain_id, enclave=enclave, view=self.view)
+        options = SessionOptions(self._domain_id, self.arguments.enclave or '/', view=self.view)
         session = registry.get().open(options)
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos

@@ -16,7 +16,7 @@ from goalwire.entities.names import (
     resolve_action_names,
 )
 from goalwire.entities.remains import Remains
-from goalwire.errors import InvalidHandle, ShutDownError
+from goalwire.errors import InvalidHandle
 from goalwire.execution.clock import ROSClock
 from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.places import caller_place
@@ -94,7 +94,7 @@ class NodeCore:
         if self._port is None:
             raise InvalidHandle
         if not self.context.ok():
-            raise ShutDownError(f"node '{self.name.qualified}'")
+            raise self.context.shutdown_signal.end_error(f"node '{self.name.qualified}'")
 
     @property
     def destroyed(self) -> bool:

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.graph_waiting import ServerWaitQueue
 from goalwire.entities.retrying import CallAttempts, Retries, do_nothing
-from goalwire.errors import CallError, ClosedError, DeadlineError, InvalidHandle, ShutDownError
+from goalwire.errors import CallError, ClosedError, DeadlineError, InvalidHandle
 from goalwire.execution.event_queue import ResponseTicks
 from goalwire.execution.future import FINISHED, PENDING, Future
 from goalwire.execution.timer_heap import TimerEntry
@@ -131,7 +131,7 @@ class PendingCall(Future[Any]):
             client.watch_end()
         if not context.shutdown_signal.alive:  # else the alarm would fail a future that nobody has yet
             self.end()
-            raise ShutDownError(call_context.title)
+            raise context.shutdown_signal.end_error(call_context.title)
         try:
             if deadline is not None:
                 self._alarm = TimerEntry(self._on_deadline)
@@ -256,7 +256,7 @@ class PendingCall(Future[Any]):
     def end_with_context(self) -> None:
         """End the call: its context has ended."""
         if self.call_context is not None:
-            self.fail(ShutDownError(self.call_context.title))
+            self.fail(self.call_context.end_error())
 
     def _discard_timers(self, *, is_answered: bool = False) -> None:
         """Remove the call from the tables of waiting calls: it has ended."""
@@ -299,7 +299,7 @@ class PendingCall(Future[Any]):
 
     def _unanswered(self, context: CallContext, reason: str) -> Exception:
         if not context.context.ok():
-            return ShutDownError(context.title)
+            return context.end_error()
         problem = reason or 'the server went away before it answered'
         return context.error(reasons.meaning(reason), problem)
 
@@ -395,7 +395,7 @@ class RequestClient:
         except ClosedError:
             if self._port is None:
                 raise InvalidHandle from None
-            raise ShutDownError(self.what_fails()) from None
+            raise self.node.context.shutdown_signal.end_error(self.what_fails()) from None
         self.sent += 1
         call.sent_as = sequence
         if call.introspected is not None:

@@ -11,7 +11,7 @@ from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, MsgT, message_support
 from goalwire.entities.wrong_message import explain_wrong_message
-from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
+from goalwire.errors import ClosedError, InvalidHandle
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
@@ -76,7 +76,9 @@ class PublisherCore(Generic[MsgT]):
         except ClosedError:
             if self._port is None:
                 raise self._destroyed_error() from None
-            raise ShutDownError(f"cannot publish on '{self.full_name}'") from None
+            raise self.node.context.shutdown_signal.end_error(
+                f"cannot publish on '{self.full_name}'"
+            ) from None
 
     def _destroyed_error(self) -> InvalidHandle:
         """Make the error of a publication that comes too late."""

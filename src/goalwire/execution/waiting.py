@@ -10,6 +10,7 @@ So at least one of the two sees the other. docs/explanation/memory-model.md says
 
 from __future__ import annotations
 
+import signal
 import sys
 import warnings
 from _thread import allocate_lock
@@ -19,6 +20,7 @@ from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from weakref import ReferenceType, ref
 
+from goalwire.errors import ShutDownBySignalError, ShutDownError
 from goalwire.execution.monotonic import STEADY, SteadyClock
 
 if TYPE_CHECKING:
@@ -388,6 +390,18 @@ class ShutdownSignal:
         self._session = None
         self._tell()
         return True
+
+    @property
+    def is_by_signal(self) -> bool:
+        """True once a signal has ended the context, and not the program itself."""
+        return self.reason in signal.Signals.__members__
+
+    def end_error(self, what: str) -> ShutDownError:
+        """Make the error of `what`, which came after the end.
+
+        After a signal it is an ExternalShutdownException, too: the program was asked to end.
+        """
+        return (ShutDownBySignalError if self.is_by_signal else ShutDownError)(what)
 
     def end_in_child(self, reason: str) -> None:
         """End in a forked child, without waking sleepers: they are threads of the parent."""

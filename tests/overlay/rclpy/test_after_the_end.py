@@ -27,7 +27,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 
-from goalwire.errors import ShutDownError
+from goalwire.errors import ShutDownBySignalError, ShutDownError
 from goalwire.execution.waiting import ShutdownSignal
 
 pytestmark = pytest.mark.also_on_dds
@@ -181,7 +181,7 @@ def test_who_sees_that_the_context_has_ended_is_refused(other: Other, context: C
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ShutdownSignal, '_tell', lambda _: command())  # the first moment in which ok() is False
         context.shutdown_signal.end('SIGTERM')
-    assert refused == [ShutDownError]
+    assert refused == [ShutDownBySignalError]
 
 
 def test_a_server_answers_what_it_was_asked_but_gives_no_feedback_any_more(

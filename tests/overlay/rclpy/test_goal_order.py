@@ -379,7 +379,7 @@ def test_a_thread_that_waits_for_a_goal_gets_an_error_at_the_end_and_no_none(
         client.destroy()
     else:
         node.destroy_node()
-    assert outcome.expect(1) == ['ShutDownError' if end == 'context' else 'InvalidHandle']
+    assert outcome.expect(1) == ['ShutDownBySignalError' if end == 'context' else 'InvalidHandle']
     thread.join(PATIENCE)
     by_hand.accept.set()
     by_hand.finish.set()

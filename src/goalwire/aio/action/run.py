@@ -177,7 +177,7 @@ class Run(Generic[ResultT, FeedbackT]):
         self._record = core.goal(self._id)
         try:
             if not await settle(sending, attempt.context.shutdown_signal):
-                raise ShutDownError(attempt.title)
+                raise attempt.end_error()
             self._take(sending)
         except asyncio.CancelledError:
             if self._keep:
@@ -281,7 +281,7 @@ class Run(Generic[ResultT, FeedbackT]):
         asked = self._core.cancel_goal(self._id, call_context=attempt)
         try:
             if not await settle(asked, attempt.context.shutdown_signal):
-                raise ShutDownError(attempt.title)
+                raise attempt.end_error()
             response: Any = asked.result()
         finally:
             if asked.pending():

@@ -6,11 +6,9 @@ import sys
 from collections.abc import Callable, Sequence
 
 import rclpy
-from rclpy.exceptions import NotInitializedException, ParameterException
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-
-from goalwire.errors import ShutDownError
 
 
 class UsageError(Exception):
@@ -35,12 +33,7 @@ def spin(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> in
     """
     try:
         with rclpy.init(args=None if args is None else list(args)):
-            try:
-                rclpy.spin(make_node())
-            except (NotInitializedException, ShutDownError):
-                if rclpy.ok():
-                    raise
-                # If rclpy is shut down, a signal came while the node was being made: a normal end.
+            rclpy.spin(make_node())
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except ParameterException as error:

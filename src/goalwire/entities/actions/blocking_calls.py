@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 from goalwire.entities.pending_call import end_with
-from goalwire.errors import InvalidHandle, ShutDownError
+from goalwire.errors import InvalidHandle
 from goalwire.execution.future import Future, block_on, cancel_quietly
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class BlockingCalls:
     def _refuse_after_the_end(self) -> NoReturn:
         if self._client.destroyed:
             raise InvalidHandle
-        raise ShutDownError(f"action '{self._client.full_name}'")
+        raise self._client.node.context.shutdown_signal.end_error(f"action '{self._client.full_name}'")
 
     def end(self) -> None:
         """End every wait with InvalidHandle: the client is destroyed."""

@@ -10,7 +10,7 @@ from goalwire.entities.actions.client_goal import GoalFeedback, ResultFuture
 from goalwire.entities.actions.requests import ActionRequests, ResultCall
 from goalwire.entities.call_context import CallContext
 from goalwire.entities.pending_call import PendingCall, end_with, unanswered
-from goalwire.errors import CallError, InvalidHandle, ShutDownError, peer_text
+from goalwire.errors import CallError, InvalidHandle, peer_text
 from goalwire.rules.goals import wire
 from goalwire.rules.latencies import Latencies
 
@@ -162,6 +162,6 @@ class GoalResults:
         if self._client.destroyed:
             end_with(future, InvalidHandle())
         elif not self._client.node.context.ok():
-            end_with(future, ShutDownError(call_context.title))
+            end_with(future, call_context.end_error())
         else:
             end_with(future, call_context.retell(error) if isinstance(error, CallError) else error)

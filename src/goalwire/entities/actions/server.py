@@ -31,7 +31,6 @@ from goalwire.errors import (
     ClosedError,
     InvalidTransition,
     RCLError,
-    ShutDownError,
     TransportError,
 )
 from goalwire.execution.callback_groups import CallbackGroup
@@ -236,7 +235,8 @@ class ActionServerCore:
         try:
             self._endpoints.feedback.publish(payload)
         except ClosedError:
-            raise ShutDownError(f"cannot publish feedback of the action '{self.name}'") from None
+            what = f"cannot publish feedback of the action '{self.name}'"
+            raise self.node.context.shutdown_signal.end_error(what) from None
 
     def end(self, handle: ServerGoalHandle, event: GoalEvent) -> None:
         """End a goal; raises RCLError if its state does not allow that."""

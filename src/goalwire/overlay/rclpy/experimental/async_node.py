@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 from goalwire.entities.client import AwaitedCalls
 from goalwire.entities.graph_waiting import await_graph
 from goalwire.entities.type_support import ServiceClass, ServiceSupport, service_support
-from goalwire.errors import DestroyedError, RCLError, ShutDownError
+from goalwire.errors import DestroyedError, RCLError
 from goalwire.execution.asyncio.clock import AsyncClock
 from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
@@ -109,7 +109,9 @@ class AsyncNode(BaseNode):
         namespace = '/' + namespace.strip('/')
         graph = self.handle.graph
         if not await await_graph(self.context, lambda: graph.node_exists(name, namespace)):
-            raise ShutDownError(f"the node '{fully_qualified_node_name}' did not appear")
+            raise self.context.shutdown_signal.end_error(
+                f"the node '{fully_qualified_node_name}' did not appear"
+            )
 
     # -- creation of entities ------------------------------------------------------------------------------
 
