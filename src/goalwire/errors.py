@@ -90,7 +90,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from goalwire.files import shown
+from goalwire.files import show
 
 if TYPE_CHECKING:
     from enum import IntEnum
@@ -151,7 +151,7 @@ longer names.
 """
 
 
-def pointed(kind: str, name: str, reason: str, index: int) -> str:
+def point_at(kind: str, name: str, reason: str, index: int) -> str:
     """Return ROS 2's text for a forbidden name. Of a name that is far too long, only the part around the
     fault is shown.
     """
@@ -328,7 +328,7 @@ class TopicExpansionError(LocalError, ValueError):
 
     def __init__(self, kind: str, name: str, reason: str) -> None:
         what = 'node namespace' if kind == 'namespace' else kind
-        super().__init__(f"{what} '{shown(name, LONGEST_SHOWN)}' is invalid: {shown(reason, LONGEST_SHOWN)}")
+        super().__init__(f"{what} '{show(name, LONGEST_SHOWN)}' is invalid: {show(reason, LONGEST_SHOWN)}")
         self.reason = reason
 
 
@@ -337,12 +337,12 @@ class NameValidationException(LocalError):
 
     def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
         self.reason = error_msg
-        super().__init__(pointed(name_type, name, error_msg, invalid_index))
-        if (better := _allowed_name(name_type, name)) != name:
+        super().__init__(point_at(name_type, name, error_msg, invalid_index))
+        if (better := _find_allowed_name(name_type, name)) != name:
             self.add_note(f"use letters, digits and '_', and begin with a letter: write {better!r}")
 
 
-def _allowed_name(name_type: str, name: str) -> str:
+def _find_allowed_name(name_type: str, name: str) -> str:
     """Return a similar name that is allowed; `name` itself if more is wrong with it than
     single characters.
     """

@@ -93,7 +93,7 @@ def _own_folder(variable: str, otherwise: str, name: str) -> str:
     return os.path.join(base, 'goalwire', name)
 
 
-def shown(path: str, longest: int = 500) -> str:
+def show(path: str, longest: int = 500) -> str:
     """Return a path as error texts show it: on one line, without control characters, at most `longest`
     characters.
     """

@@ -39,7 +39,7 @@ def _innermost(error: BaseException) -> FrameType:
 
 
 def _positional_field(found: re.Match[str], frame: FrameType) -> str:
-    cls = _named(frame, found[1])
+    cls = _find_variable(frame, found[1])
     fields = list(_fields_of(cls))
     return f'give each field its name: write {found[1]}({fields[0]}=…)' if fields else ''
 
@@ -79,11 +79,11 @@ def _unset_attribute(error: BaseException) -> str:
     return f"this {cls.__name__} has no '{name}' yet: write 'self.{name} = …' in {cls.__name__}.__init__()"
 
 
-def _said(sentence: str) -> Callable[[re.Match[str], FrameType], str]:
+def _say(sentence: str) -> Callable[[re.Match[str], FrameType], str]:
     return lambda found, _: found.expand(sentence)
 
 
-def _named(frame: FrameType, name: str) -> object:
+def _find_variable(frame: FrameType, name: str) -> object:
     return frame.f_locals.get(name, frame.f_globals.get(name))
 
 
@@ -96,19 +96,19 @@ _HINTS: tuple[tuple[Pattern, Callable[[re.Match[str], FrameType], str]], ...] = 
     (Pattern(r'^(\w+)\.__init__\(\) takes 1 positional argument but'), _positional_field),
     (
         Pattern(r'^RcutilsLogger\.(\w+)\(\) takes 2 positional arguments but'),
-        _said(r"a log call takes one text: write \1(f'… {value}')"),
+        _say(r"a log call takes one text: write \1(f'… {value}')"),
     ),
     (
         Pattern(r"missing 1 required positional argument: 'qos_profile'$"),
-        _said('give the number of messages that are kept as the last argument, such as 10'),
+        _say('give the number of messages that are kept as the last argument, such as 10'),
     ),
     (
         Pattern(r"^Node\.__init__\(\) missing 1 required positional argument: 'node_name'$"),
-        _said("give the node a name: write super().__init__('talker')"),
+        _say("give the node a name: write super().__init__('talker')"),
     ),
     (
         Pattern(r"^unsupported operand type\(s\) for [+-]=?: 'Time' and '(?:int|float)'$"),
-        _said('write Duration(seconds=…), from rclpy.duration, in place of the number'),
+        _say('write Duration(seconds=…), from rclpy.duration, in place of the number'),
     ),
     (Pattern(r"^'NoneType' object has no attribute '\w+'$"), _unfinished_future),
     (Pattern(r"^'([A-Z]\w*)' object has no attribute '(\w+)'$"), _unknown_field),

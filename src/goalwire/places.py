@@ -45,7 +45,7 @@ def outermost_program_frame(frame: FrameType | None, below: CodeType) -> FrameTy
 
 def place_of_frame(frame: FrameType) -> str:
     """Return the place of the line that a frame executes."""
-    return _shown(frame.f_code.co_filename, frame.f_lineno)
+    return _show(frame.f_code.co_filename, frame.f_lineno)
 
 
 def source_of_frame(frame: FrameType) -> str:
@@ -65,7 +65,7 @@ def raising_place(error: BaseException) -> str:
     while step is not None:
         code = step.tb_frame.f_code
         if not _is_foreign(code):
-            found = f'{code.co_qualname}() in {_shown(code.co_filename, step.tb_lineno)}'
+            found = f'{code.co_qualname}() in {_show(code.co_filename, step.tb_lineno)}'
         step = step.tb_next
     return found
 
@@ -76,7 +76,7 @@ def function_place(function: object) -> str:
         function = function.__func__
     if not isinstance(function, FunctionType) or _is_foreign(function.__code__):
         return ''
-    return _shown(function.__code__.co_filename, function.__code__.co_firstlineno)
+    return _show(function.__code__.co_filename, function.__code__.co_firstlineno)
 
 
 def dropping_place(depth: int = 1) -> str:
@@ -114,6 +114,6 @@ def _is_foreign(code: CodeType) -> bool:
     return is_library(code.co_filename) or is_standard(code.co_filename)
 
 
-def _shown(filename: str, line: int | None) -> str:
+def _show(filename: str, line: int | None) -> str:
     here = os.getcwd() + os.sep if os.path.isabs(filename) else ''  # noqa: PTH109, PTH117
     return f'{filename.removeprefix(here) if here else filename}:{line}'

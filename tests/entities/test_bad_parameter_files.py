@@ -15,7 +15,7 @@ from goalwire.entities.arguments import process_arguments
 from goalwire.entities.parameters.files import parameters_from_yaml_file
 from goalwire.errors import FileShapeError, RCLError
 from goalwire.rules.parameters.parameter import Type
-from goalwire.rules.parameters.plain_yaml import typed_text
+from goalwire.rules.parameters.plain_yaml import read_typed_text
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='pipes and devices have no names there')
 
@@ -106,4 +106,4 @@ def test_aliases_that_multiply_are_refused(kind: str, tmp_path: Path) -> None:
     ids=lambda text: text[:12],
 )
 def test_text_that_yaml_stumbles_over_is_a_string(text: str) -> None:
-    assert typed_text(text) == (Type.STRING, text)
+    assert read_typed_text(text) == (Type.STRING, text)

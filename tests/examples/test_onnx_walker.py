@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from humanoid.description import urdf_text
 from humanoid.navigation.base import Velocity2D
-from humanoid.physics.walkers import VARIABLE, usual_walker, walker_named
+from humanoid.physics.walkers import VARIABLE, find_walker, usual_walker
 from humanoid.physics.world import World
 from humanoid.running import BadParameter
 from humanoid.walking.seam import Wish
@@ -53,7 +53,7 @@ def example(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def world() -> World:
-    return World(urdf_text(), walker=walker_named(usual_walker()))
+    return World(urdf_text(), walker=find_walker(usual_walker()))
 
 
 @pytest.mark.slow
@@ -98,10 +98,10 @@ def test_a_policy_of_another_size_is_refused(tmp_path: Path) -> None:
 )
 def test_a_walker_that_cannot_be_had_is_named(name: str, problem: str) -> None:
     with pytest.raises(BadParameter, match=problem):
-        walker_named(name)
+        find_walker(name)
 
 
 def test_without_a_name_the_robots_own_walker_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE)
     assert usual_walker() == ''
-    assert walker_named('') is DcmWalker
+    assert find_walker('') is DcmWalker

@@ -48,7 +48,7 @@ from goalwire.rules.arguments import ArgumentError, UnknownArguments, parse_argu
 from goalwire.rules.goals import decode_status_array, wire
 from goalwire.rules.names.lexer import RuleSyntaxError
 from goalwire.rules.parameters.file_syntax import matches, parse_parameter_file
-from goalwire.rules.parameters.plain_yaml import typed_text
+from goalwire.rules.parameters.plain_yaml import read_typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.dds.settings.cyclone import read_cyclone
 from goalwire.transport.dds.settings.fast_dds import read_fast_dds
@@ -241,7 +241,7 @@ def match_nodes(data: bytes) -> None:
 
 def read_yaml_value(data: bytes) -> None:
     """A value as `ros2 param set` gives it: whatever is no other is a string."""
-    typed_text(text_of(data))
+    read_typed_text(text_of(data))
 
 
 def read_entry_points(data: bytes) -> None:

@@ -178,7 +178,7 @@ def test_matched_counterparts_agree_in_name_type_and_qos() -> None:
         endpoint(listener, SUBSCRIPTION, '/other', STRING, best_effort),
         enforces_qos=True,
     )
-    assert graph.matched(Endpoint(PUBLISHER, '/chatter', STRING, '', best_effort)) == [agreeing]
+    assert graph.find_matched(Endpoint(PUBLISHER, '/chatter', STRING, '', best_effort)) == [agreeing]
 
 
 def test_where_qos_prevents_nothing_name_and_type_make_a_match() -> None:
@@ -186,7 +186,7 @@ def test_where_qos_prevents_nothing_name_and_type_make_a_match() -> None:
     reliable = endpoint(listener, SUBSCRIPTION, '/chatter', STRING)
     graph = graph_of(reliable, endpoint(listener, SUBSCRIPTION, '/chatter', 'std_msgs/msg/Int32'))
     best_effort = QoS(reliability=ReliabilityPolicy.BEST_EFFORT)
-    assert graph.matched(Endpoint(PUBLISHER, '/chatter', STRING, '', best_effort)) == [reliable]
+    assert graph.find_matched(Endpoint(PUBLISHER, '/chatter', STRING, '', best_effort)) == [reliable]
 
 
 def test_a_subscription_matches_publishers_that_offer_enough() -> None:
@@ -194,20 +194,20 @@ def test_a_subscription_matches_publishers_that_offer_enough() -> None:
     lasting = QoS(durability=DurabilityPolicy.TRANSIENT_LOCAL)
     offering = endpoint(talker, PUBLISHER, '/map', STRING, lasting)
     graph = graph_of(offering, endpoint(talker, PUBLISHER, '/map', STRING), enforces_qos=True)
-    assert graph.matched(endpoint(node('listener'), SUBSCRIPTION, '/map', STRING, lasting)) == [offering]
+    assert graph.find_matched(endpoint(node('listener'), SUBSCRIPTION, '/map', STRING, lasting)) == [offering]
 
 
 def test_a_duration_nobody_asked_for_agrees_with_the_infinite_one_it_becomes_on_the_wire() -> None:
     infinite = QoS(deadline_ns=INFINITE_NS, lease_ns=INFINITE_NS)
     subscription = endpoint(node('listener'), SUBSCRIPTION, '/chatter', STRING, infinite)
     graph = graph_of(subscription, enforces_qos=True)
-    assert graph.matched(Endpoint(PUBLISHER, '/chatter', STRING, '', QoS())) == [subscription]
+    assert graph.find_matched(Endpoint(PUBLISHER, '/chatter', STRING, '', QoS())) == [subscription]
 
 
 def test_services_match_whatever_their_qos() -> None:
     server = endpoint(node('server'), SERVICE, '/add', ADD, QoS(reliability=ReliabilityPolicy.BEST_EFFORT))
     graph = graph_of(server, enforces_qos=True)
-    assert graph.matched(endpoint(node('client'), CLIENT, '/add', ADD)) == [server]
+    assert graph.find_matched(endpoint(node('client'), CLIENT, '/add', ADD)) == [server]
 
 
 FIBONACCI = 'example_interfaces/action/Fibonacci'

@@ -7,7 +7,7 @@ import os
 import pytest
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds import CYCLONE, chosen
+from goalwire.transport.dds import CYCLONE, choose_session
 from goalwire.transport.dds.cyclone.library import find_library
 from goalwire.transport.zenoh.settings.environment import NATIVE, zenoh_choice
 
@@ -43,7 +43,7 @@ def skip_differing(request: pytest.FixtureRequest, name: str) -> None:
 
 def require(name: str) -> None:
     """Skip the test where a wire is not installed."""
-    if name == DDS and chosen() == CYCLONE:
+    if name == DDS and choose_session() == CYCLONE:
         try:
             find_library()
         except TransportError as error:

@@ -18,13 +18,13 @@ OF_TESTS = {'shout', 'upper'}
 def test_every_tag_is_in_the_table() -> None:
     exposure.load_extensions()
     named = {tag for row in rows(PAGE, 'tag') for tag in re.findall(r'`([^`]+)`', row[0])}
-    assert named == exposure.exposed_actions() - OF_TESTS
+    assert named == exposure.list_exposed_actions() - OF_TESTS
 
 
 def test_every_substitution_is_in_the_table() -> None:
     exposure.load_extensions()
     named = {name for row in rows(PAGE, 'name') for name in re.findall(r'`([^`]+)`', row[0])}
-    assert named == exposure.exposed_substitutions() - OF_TESTS
+    assert named == exposure.list_exposed_substitutions() - OF_TESTS
 
 
 def test_every_class_is_on_the_page() -> None:

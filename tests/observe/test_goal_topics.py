@@ -11,10 +11,10 @@ from helpers.patience import PATIENCE
 import goalwire
 from goalwire.observe.goal_topics import (
     cancel_request,
+    fetch_known_goals,
     follow_goals,
     goal_request,
     goals_canceling,
-    known_goals,
     result_request,
 )
 from goalwire.observe.goals import Goal, GoalTable
@@ -46,7 +46,7 @@ def test_a_goal_is_followed_from_its_sending_to_its_end(isolated: dict[str, str]
             answer = await sender.call(goal_request(Fibonacci, bytes(range(16)), Fibonacci.Goal(order=3)))
             assert answer.accepted
             await fed.wait()
-            [known] = await known_goals(node, '/count', PATIENCE)
+            [known] = await fetch_known_goals(node, '/count', PATIENCE)
             assert known.goal_id == bytes(range(16)).hex()
             from action_msgs.srv import CancelGoal
 
@@ -68,7 +68,7 @@ def test_a_server_without_goals_knows_none(isolated: dict[str, str]) -> None:
     async def play() -> None:
         async with goalwire.Node('robot') as robot, goalwire.Node('asking') as node:
             robot.action_server(Fibonacci, 'count', _count)
-            assert await known_goals(node, '/count', 0.05) == []
+            assert await fetch_known_goals(node, '/count', 0.05) == []
 
     asyncio.run(asyncio.wait_for(play(), PATIENCE))
 

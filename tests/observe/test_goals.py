@@ -9,7 +9,7 @@ from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from unique_identifier_msgs.msg import UUID
 
 from goalwire.idl.registry import register_definitions
-from goalwire.observe.goals import KEPT, GoalTable, ReportedGoal, lanes, reported_goals, status_name
+from goalwire.observe.goals import KEPT, GoalTable, ReportedGoal, lanes, read_reported_goals, status_name
 from goalwire.observe.messages import interface_class
 
 register_definitions(
@@ -38,7 +38,7 @@ def test_a_status_array_is_read() -> None:
     info = GoalInfo(goal_id=UUID(uuid=[7] * 16))
     info.stamp.sec, info.stamp.nanosec = 5, 500_000_000
     array = GoalStatusArray(status_list=[GoalStatus(goal_info=info, status=2), GoalStatus(status=99)])
-    first, second = reported_goals(array)
+    first, second = read_reported_goals(array)
     assert first == ('07' * 16, 'EXECUTING', 5.5)
     assert (first.is_active, second.status, second.is_active) == (True, 'UNKNOWN', False)
     assert [status_name(number) for number in (-1, 0, 6, 7)] == ['UNKNOWN', 'UNKNOWN', 'ABORTED', 'UNKNOWN']

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.observe.latencies import Latencies, shown_seconds
+from goalwire.observe.latencies import Latencies, show_seconds
 
 
 def test_percentiles_are_those_of_the_nearest_rank() -> None:
@@ -46,4 +46,4 @@ def test_a_histogram_has_a_bin_for_each_call_and_no_empty_ends() -> None:
 
 
 def test_times_are_shown_in_the_unit_that_suits() -> None:
-    assert [shown_seconds(each) for each in (0.0015, 0.25, 1.5)] == ['1.5 ms', '250 ms', '1.5 s']
+    assert [show_seconds(each) for each in (0.0015, 0.25, 1.5)] == ['1.5 ms', '250 ms', '1.5 s']

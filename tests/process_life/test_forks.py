@@ -15,7 +15,7 @@ import pytest
 from helpers.process_life import PROGRAMS, WIRES, world_on
 from helpers.programs import Start, programs_in
 
-from goalwire.transport.dds import NATIVE, chosen
+from goalwire.transport.dds import NATIVE, choose_session
 
 pytestmark = [
     pytest.mark.slow,
@@ -63,7 +63,7 @@ def test_children_forked_while_sockets_are_opened_have_none(start: Start) -> Non
 @pytest.mark.parametrize('session', WIRES)
 def test_init_in_a_child_opens_a_context_of_its_own_or_says_why_not(session: str) -> None:
     """What eclipse-zenoh and libddsc have started cannot be started again in a child."""
-    can = session == 'zenoh' or (session == 'dds' and chosen() == NATIVE)
+    can = session == 'zenoh' or (session == 'dds' and choose_session() == NATIVE)
     arguments = () if can else ('refused',)
     with programs_in(world_on(session), PROGRAMS) as start:
         for _ in range(TIMES):

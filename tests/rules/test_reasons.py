@@ -23,10 +23,10 @@ from goalwire.rules import reasons
         ('', ServerLostError),
         (reasons.CLOSING, ServerLostError),
         ('Timeout', DeadlineError),
-        (reasons.refused('10000 requests wait already'), RefusedError),
-        (reasons.rejected(ValueError('at byte 3')), RefusedError),
-        (reasons.failed(KeyError('bulb')), ServerFailedError),
-        (reasons.failed(asyncio.CancelledError()), ServerFailedError),
+        (reasons.explain_refusal('10000 requests wait already'), RefusedError),
+        (reasons.explain_rejection(ValueError('at byte 3')), RefusedError),
+        (reasons.explain_failure(KeyError('bulb')), ServerFailedError),
+        (reasons.explain_failure(asyncio.CancelledError()), ServerFailedError),
         ('whatever another server says', ServerFailedError),
     ],
 )
@@ -35,12 +35,12 @@ def test_each_reason_is_one_error_of_the_client(reason: str, kind: type[CallErro
 
 
 def test_a_failure_is_told_by_type_and_text() -> None:
-    assert reasons.failed(KeyError('bulb')) == "its callback failed: KeyError: 'bulb'"
-    assert reasons.failed(ValueError()) == 'its callback failed: ValueError'
-    assert reasons.failed(SystemExit(3)) == 'its callback was stopped'
+    assert reasons.explain_failure(KeyError('bulb')) == "its callback failed: KeyError: 'bulb'"
+    assert reasons.explain_failure(ValueError()) == 'its callback failed: ValueError'
+    assert reasons.explain_failure(SystemExit(3)) == 'its callback was stopped'
 
 
 def test_a_reason_is_short() -> None:
-    told = reasons.failed(ValueError('x' * 10_000))
+    told = reasons.explain_failure(ValueError('x' * 10_000))
     assert len(told) == PEER_TEXT_LIMIT
     assert told.endswith('x…')

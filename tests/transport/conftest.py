@@ -35,7 +35,7 @@ def transport_name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPat
         monkeypatch.setenv(CHOICE, ECLIPSE if opens_native() else NATIVE)
         yield 'rmw_zenoh_cpp'
     elif request.param == OTHER_DDS:
-        others = dds.CYCLONE if dds.chosen() == dds.NATIVE else dds.NATIVE
+        others = dds.CYCLONE if dds.choose_session() == dds.NATIVE else dds.NATIVE
         monkeypatch.setenv(dds.CHOICE, others)
         skip_differing(request, DDS)
         require(DDS)

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from humanoid import view as console
-from humanoid.domain import claimed
+from humanoid.domain import claim_domain
 from humanoid.fleet import fleet
 from humanoid.mission.display import display
 from humanoid.mission.events import Retrying, Sink, from_line
 from humanoid.mission.summary import Summary
-from humanoid.physics.choice import chosen, told
+from humanoid.physics.choice import describe_choice, uses_physics
 from humanoid.servers import servers
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 from humanoid.up import SIM_TIME
@@ -40,12 +40,12 @@ def demo(
     """
     summary = Summary()
     problem = None
-    physics = chosen(physics)
+    physics = uses_physics(physics)
     arguments = SIM_TIME if sim_time else ()
     [robot] = fleet([], choose(world))
     page = console.command() if view else None
-    with claimed(may_move=True), Supervisor() as supervisor:
-        print(told(physics=physics), flush=True)
+    with claim_domain(may_move=True), Supervisor() as supervisor:
+        print(describe_choice(physics=physics), flush=True)
         if page is not None:
             supervisor.start(console.NAME, page)
         later = (LATE, FOR_VIEWERS) if page is None else (LATE,)

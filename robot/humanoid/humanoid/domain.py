@@ -29,7 +29,7 @@ class Taken(Exception):
 
 
 @contextmanager
-def claimed(*, may_move: bool) -> Iterator[None]:
+def claim_domain(*, may_move: bool) -> Iterator[None]:
     """Claim a domain in which no humanoid runs, while the block runs. Raises Taken.
 
     The domain is that of ROS_DOMAIN_ID, or 0. If it is taken, the variable is not set and `may_move` is true,

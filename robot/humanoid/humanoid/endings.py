@@ -67,7 +67,7 @@ class Decided(Protocol):
 D = TypeVar('D', bound=Decided)
 
 
-def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
+def judge(node: Node, check: Callable[[], str | None]) -> GoalResponse:
     """Return REJECT and log why if `check` returns a reason or raises an exception; else return ACCEPT."""
     try:
         reason = check()

@@ -21,7 +21,7 @@ WAVE: Sequence[Movement] = (
 STAND: Sequence[Movement] = ({joint.name: joint.home for joint in JOINTS},)
 
 
-def unhurried(movement: Movement, here: Mapping[str, float]) -> float:
+def time_unhurried(movement: Movement, here: Mapping[str, float]) -> float:
     """Return the seconds that an unhurried movement takes from the present joint angles."""
     ways = [abs(angle - here[name]) / JOINT_BY_NAME[name].max_velocity for name, angle in movement.items()]
     return max(QUICKEST, UNHURRIED * max(ways))

@@ -25,9 +25,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
-from humanoid.emergency.names import REFUSAL, STATUS, latched
+from humanoid.emergency.names import REFUSAL, STATUS, make_latched_qos
 from humanoid.emergency.votes import GONE
-from humanoid.gestures import WAVE, unhurried
+from humanoid.gestures import WAVE, time_unhurried
 from humanoid.mission.calls import GoalRun, call
 from humanoid.mission.home import drive_home
 from humanoid.mission.retry import NoAnswer
@@ -111,10 +111,10 @@ def _odometry(robot: Robot) -> Odometry:
     return robot.next_message(Odometry, 'odom')
 
 
-def _refused(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
+def _explain_refusal(robot: Robot, otherwise: str, joints: Collection[str] = ()) -> str:
     """Return why a goal was probably refused: the emergency stop, the balance, else `otherwise`."""
     try:
-        status = robot.next_message(DiagnosticStatus, STATUS, latched())
+        status = robot.next_message(DiagnosticStatus, STATUS, make_latched_qos())
     except NoAnswer:
         return f'the goal was refused: {otherwise}; or the emergency stop: {GONE}'
     if status.level != DiagnosticStatus.OK:
@@ -126,9 +126,9 @@ def _balance(robot: Robot, joints: Collection[str]) -> str:
     """Return why a walking robot refuses a goal; '' if it does not, or if the robot cannot walk."""
     if not robot.node.count_publishers(FALLEN):
         return ''
-    if robot.next_message(Bool, FALLEN, latched()).data:
+    if robot.next_message(Bool, FALLEN, make_latched_qos()).data:
         return LIES
-    kept = robot.next_message(String, BALANCING, latched()).data.split(',')
+    kept = robot.next_message(String, BALANCING, make_latched_qos()).data.split(',')
     return next((f'{joint} {BALANCES}' for joint in joints if joint in kept), '')
 
 
@@ -155,13 +155,13 @@ def _drive(robot: Robot, drive: GoalRun, arrived: str) -> int:
     began = time.monotonic()
     with drive as goal:
         if not goal.accepted:
-            raise Impossible(_refused(robot, 'the target must be within 1000 m, the time positive'))
+            raise Impossible(_explain_refusal(robot, 'the target must be within 1000 m, the time positive'))
         for feedback in goal.feedback():
             _progress(f'{feedback.distance_remaining:.2f} m to go')
     _progress('')
     here = goal.result.final_pose.pose.position
     at = 'at' if goal.status != 'SUCCEEDED' else arrived
-    return _ended(goal, f'{at} ({here.x:.2f}, {here.y:.2f}) m after {time.monotonic() - began:.1f} s')
+    return _report_end(goal, f'{at} ({here.x:.2f}, {here.y:.2f}) m after {time.monotonic() - began:.1f} s')
 
 
 def arm(robot: Robot, options: argparse.Namespace) -> int:
@@ -172,7 +172,7 @@ def arm(robot: Robot, options: argparse.Namespace) -> int:
         advice = f"did you mean '{near[0]}'?" if near else f'there are {", ".join(JOINT_BY_NAME)}'
         raise Impossible(f"there is no joint '{brief(options.joint)}'; {advice}")
     goal = _reach(robot, {options.joint: options.position}, options.duration)
-    return _ended(goal, f'{options.joint} at {goal.result.final_positions[0]:.3f} {spec.unit}')
+    return _report_end(goal, f'{options.joint} at {goal.result.final_positions[0]:.3f} {spec.unit}')
 
 
 def wave(robot: Robot, _options: argparse.Namespace) -> int:
@@ -180,7 +180,7 @@ def wave(robot: Robot, _options: argparse.Namespace) -> int:
     for movement in WAVE:
         goal = _reach(robot, movement)
         if goal.status != 'SUCCEEDED':
-            return _ended(goal, 'waving')
+            return _report_end(goal, 'waving')
     print('waved')
     return ARRIVED
 
@@ -221,7 +221,7 @@ def _answered(answer: Push.Response | Trigger.Response) -> int:
 def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = None) -> GoalRun:
     """Move joints in `duration` s, by default at an unhurried speed, and wait until they have arrived."""
     if duration is None:
-        duration = unhurried(angles, {name: robot.joint(name).position for name in angles})
+        duration = time_unhurried(angles, {name: robot.joint(name).position for name in angles})
     with robot.reach(angles, duration=duration, timeout=duration + GOAL_OVERHEAD) as goal:
         if not goal.accepted:
             limits = ', '.join(
@@ -229,7 +229,7 @@ def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = N
                 f'{joint.max_velocity} {joint.unit}/s at most'
                 for joint in map(JOINT_BY_NAME.__getitem__, angles)
             )
-            raise Impossible(_refused(robot, limits, angles))
+            raise Impossible(_explain_refusal(robot, limits, angles))
         for feedback in goal.feedback():
             _progress(f'{feedback.fraction_done:.0%}')
     _progress('')
@@ -242,7 +242,7 @@ def _progress(text: str) -> None:
         print(f'\r\033[K{text}', end='', flush=True)
 
 
-def _ended(goal: GoalRun, where: str) -> int:
+def _report_end(goal: GoalRun, where: str) -> int:
     if goal.status == 'SUCCEEDED':
         print(where)
         return ARRIVED

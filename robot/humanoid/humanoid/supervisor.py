@@ -71,7 +71,7 @@ class Supervisor:
 
     def __enter__(self) -> Self:
         for number in (signal.SIGINT, signal.SIGTERM):
-            self._handlers[number] = signal.signal(number, self._stop_asked)
+            self._handlers[number] = signal.signal(number, self._on_stop)
         return self
 
     def __exit__(
@@ -137,7 +137,7 @@ class Supervisor:
         child.done.set()
         self._events.put(Ended(child.name, child.process.pid, returncode))
 
-    def _stop_asked(self, number: int, _frame: FrameType | None) -> None:
+    def _on_stop(self, number: int, _frame: FrameType | None) -> None:
         self._asked = True
         self._events.put(StopAsked(number))  # SimpleQueue.put is reentrant, so a signal handler may call it
 

@@ -19,7 +19,7 @@ def brief(text: str, longest: int = LONGEST) -> str:
     return f'{text[:half]} … {text[-half:]} ({len(text)} characters)'
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """Return the text in quotes, with control characters escaped, shortened if it is long."""
     return repr(brief(text, LONGEST_NAME))
 
@@ -31,7 +31,7 @@ def finite(text: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise argparse.ArgumentTypeError(f'{quoted(text)} is not a finite number')
+        raise argparse.ArgumentTypeError(f'{quote(text)} is not a finite number')
     return number
 
 
@@ -40,7 +40,7 @@ def columns() -> int:
     return shutil.get_terminal_size((80, 24)).columns
 
 
-def indented(text: str) -> str:
+def indent(text: str) -> str:
     """Return the text in lines of at most `columns()` characters; all lines but the first are indented."""
     start = len(text) - len(text.lstrip())
     return fill(text, max(columns(), 20), subsequent_indent=' ' * (start + 4), break_on_hyphens=False)

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from humanoid import view as console
-from humanoid.domain import claimed
+from humanoid.domain import claim_domain
 from humanoid.fleet import fleet
-from humanoid.physics.choice import chosen, told
+from humanoid.physics.choice import describe_choice, uses_physics
 from humanoid.servers import servers
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 from humanoid.world.names import choose
@@ -34,16 +34,16 @@ def up(
     """
     died = started = 0
     robots = fleet(names, choose(world))
-    physics = chosen(physics)
+    physics = uses_physics(physics)
     more = [] if params_file is None else ['--ros-args', '--params-file', str(params_file)]
     more += SIM_TIME if sim_time else ()
     page = console.command() if view else None
     with (
-        claimed(may_move=False),
+        claim_domain(may_move=False),
         tempfile.TemporaryDirectory(prefix='humanoid_') as folder,
         Supervisor() as supervisor,
     ):
-        print(told(physics=physics), flush=True)
+        print(describe_choice(physics=physics), flush=True)
         for robot in robots:
             for name in servers(physics=physics, world=world is not None):
                 label = robot.label(name)

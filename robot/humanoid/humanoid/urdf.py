@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
-from humanoid.text import brief, quoted
+from humanoid.text import brief, quote
 
 LARGEST = 16_000_000  # characters that a URDF may have
 MOVING = ('revolute', 'continuous', 'prismatic')
@@ -34,7 +34,7 @@ class Transform:
 
     def __matmul__(self, other: Transform) -> Transform:
         """Chain two transforms: `other` is given in this one's child frame, the result in its parent."""
-        moved = rotated(self.rotation, other.translation)
+        moved = rotate(self.rotation, other.translation)
         x, y, z = (a + b for a, b in zip(self.translation, moved, strict=True))
         return Transform((x, y, z), product(self.rotation, other.rotation))
 
@@ -124,7 +124,7 @@ def parse(text: str) -> Description:
     robot = tree(text)
     if robot.tag != 'robot':
         raise BadDescription(f'its root is <{brief(robot.tag, 60)}>, not <robot>')
-    links = _unique('link', (_named(link) for link in robot.findall('link')))
+    links = _unique('link', (_read_name(link) for link in robot.findall('link')))
     if not links:
         raise BadDescription('it has no <link>')
     joints = [_joint(element) for element in robot.findall('joint')]
@@ -155,11 +155,11 @@ class _NoDoctype(ET.TreeBuilder):
 
 
 def _joint(element: ET.Element) -> UrdfJoint:
-    name = _named(element)
+    name = _read_name(element)
     kind = element.get('type', '')
-    where = f'joint {quoted(name)}'
+    where = f'joint {quote(name)}'
     if kind not in KINDS:
-        raise BadDescription(f'{where}: its type is {quoted(kind)}, not one of {", ".join(KINDS)}')
+        raise BadDescription(f'{where}: its type is {quote(kind)}, not one of {", ".join(KINDS)}')
     limit, dynamics, mimic = element.find('limit'), element.find('dynamics'), element.find('mimic')
     lower, upper = -math.inf, math.inf
     if kind in ('revolute', 'prismatic'):
@@ -189,7 +189,7 @@ def _mimic(element: ET.Element, where: str) -> Mimic:
     return Mimic(element.get('joint', ''), multiplier, _number(element, 'offset', where, 0.0))
 
 
-def _named(element: ET.Element) -> str:
+def _read_name(element: ET.Element) -> str:
     name = element.get('name', '')
     if not name:
         raise BadDescription(f'a <{element.tag}> has no name')
@@ -200,7 +200,7 @@ def _unique(what: str, names: Iterable[str]) -> Sequence[str]:
     seen: dict[str, None] = {}
     for name in names:
         if name in seen:
-            raise BadDescription(f'two {what}s are named {quoted(name)}')
+            raise BadDescription(f'two {what}s are named {quote(name)}')
         seen[name] = None
     return list(seen)
 
@@ -226,7 +226,7 @@ def _finite(text: str, what: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        raise BadDescription(f'{what} is {quoted(text)}, not a number')
+        raise BadDescription(f'{what} is {quote(text)}, not a number')
     return number
 
 
@@ -259,11 +259,9 @@ def _root(links: Sequence[str], joints: Sequence[UrdfJoint]) -> str:
     for joint in joints:
         for link in (joint.parent, joint.child):
             if link not in known:
-                raise BadDescription(
-                    f'joint {quoted(joint.name)} names the link {quoted(link)}: there is none'
-                )
+                raise BadDescription(f'joint {quote(joint.name)} names the link {quote(link)}: there is none')
         if joint.child in below:
-            raise BadDescription(f'the link {quoted(joint.child)} hangs on two joints')
+            raise BadDescription(f'the link {quote(joint.child)} hangs on two joints')
         below[joint.child] = joint.parent
     roots = [link for link in links if link not in below]
     if len(roots) != 1:
@@ -289,10 +287,10 @@ def _check_mimics(joints: Mapping[str, UrdfJoint]) -> None:
         while leader is not None:
             if leader.joint not in joints:
                 raise BadDescription(
-                    f'joint {quoted(joint.name)} mimics {quoted(leader.joint)}, which is not there'
+                    f'joint {quote(joint.name)} mimics {quote(leader.joint)}, which is not there'
                 )
             if leader.joint in seen:
-                raise BadDescription(f'joint {quoted(joint.name)} mimics itself')
+                raise BadDescription(f'joint {quote(joint.name)} mimics itself')
             seen.add(leader.joint)
             leader = joints[leader.joint].mimic
 
@@ -311,7 +309,7 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
     )
 
 
-def rotated(turn: Quaternion, vector: Vector) -> Vector:
+def rotate(turn: Quaternion, vector: Vector) -> Vector:
     x, y, z, w = turn
     vx, vy, vz = vector
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.aio.entity import Entity
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.type_support import named_message_support
+from goalwire.entities.type_support import find_message_support
 from goalwire.errors import ClosedError, InvalidHandle
 from goalwire.transport.contract import EndpointKind
 
@@ -32,7 +32,7 @@ class RawSubscription(Entity):
     ) -> None:
         self.name = node.resolve(topic)
         self._node = node
-        support = named_message_support(type_name, type_hash)
+        support = find_message_support(type_name, type_hash)
         endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.name, support, qos)
         self._port: Port | None = node.port.subscription(endpoint, deliver)
         node.own(self)
@@ -53,7 +53,7 @@ class RawPublisher(Entity):
     def __init__(self, node: NodeCore, topic: str, type_name: str, type_hash: str, qos: QoS) -> None:
         self.name = node.resolve(topic)
         self._node = node
-        support = named_message_support(type_name, type_hash)
+        support = find_message_support(type_name, type_hash)
         self._endpoint = describe_endpoint(node, EndpointKind.PUBLISHER, self.name, support, qos)
         self._port: PublisherPort | None = node.port.publisher(self._endpoint)
         node.own(self)
@@ -69,7 +69,7 @@ class RawPublisher(Entity):
     def subscribers(self) -> int:
         """Return how many subscriptions match. Raises InvalidHandle once closed."""
         count = self._open_port().peer_count()
-        return len(self._node.graph.matched(self._endpoint)) if count is None else count
+        return len(self._node.graph.find_matched(self._endpoint)) if count is None else count
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
         """Wait until all reliable subscriptions have every published message; False if the time runs out

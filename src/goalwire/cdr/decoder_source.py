@@ -26,7 +26,7 @@ _HELPERS: dict[str, object] = {
     'numbers': reading.numbers,
     'octets': reading.octets,
     'refuse': reading.refuse,
-    'swapped': reading.swapped,
+    'swapped': reading.swap,
     'text': reading.text,
     'texts': reading.texts,
     'unpack_array': unpack_array,

@@ -60,7 +60,7 @@ def view_numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> 
     return memoryview(data).toreadonly()[at:end].cast(typecode)  # type: ignore[call-overload, no-any-return]
 
 
-def swapped(typecode: str, data: bytes) -> bytes:
+def swap(typecode: str, data: bytes) -> bytes:
     """Return the bytes of numbers with the byte order of each number reversed."""
     values = array(typecode, data)
     values.byteswap()

@@ -45,7 +45,7 @@ def _hash_of(full_name: str, interface: type | str) -> str:
     root = definition_by_name(full_name) if isinstance(interface, str) else definition_of(interface)
     description = {
         'type_description': _individual(root),
-        'referenced_type_descriptions': [_individual(item) for item in referenced(root)],
+        'referenced_type_descriptions': [_individual(item) for item in find_referenced(root)],
     }
     return 'RIHS01_' + _sha256(json.dumps(description).encode())
 
@@ -106,7 +106,7 @@ def described_fields(definition: Definition) -> tuple[Field, ...]:
     )
 
 
-def referenced(root: Definition) -> list[Definition]:
+def find_referenced(root: Definition) -> list[Definition]:
     """Return the definitions of all types inside a type, at any depth, sorted by name."""
     found: dict[str, Definition] = {}
     unread = [root]
@@ -150,7 +150,7 @@ def message_facts(full_name: str) -> tuple[str, bool]:
 
 def _holds_buffers(root: Definition) -> bool:
     return any(
-        _is_buffer(field.type) for item in (root, *referenced(root)) for field in described_fields(item)
+        _is_buffer(field.type) for item in (root, *find_referenced(root)) for field in described_fields(item)
     )
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from goalwire.errors import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.logging import get_logger
 from goalwire.rules.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
 
@@ -34,8 +34,8 @@ def _tell_outside(rest: Sequence[str]) -> None:
     for flag, value in pairwise(rest):
         if flag in {'-p', '--param'} and ':=' in value:
             get_logger('rcl').warning(
-                f"'{flag} {shown(value)}' has no effect: write --ros-args before it, as in "
-                f"'--ros-args {flag} {shown(value)}'"
+                f"'{flag} {show(value)}' has no effect: write --ros-args before it, as in "
+                f"'--ros-args {flag} {show(value)}'"
             )
 
 

@@ -74,7 +74,7 @@ class Answering(Coroutine[Any, Any, None]):
                 response = end.value
             self._answer(response, self._request)
         except BaseException as error:
-            self._cancel(reasons.failed(error))
+            self._cancel(reasons.explain_failure(error))
             if self._failed is None or not isinstance(error, Exception):
                 raise
             self._failed(error)

@@ -12,7 +12,7 @@ from goalwire.execution.monotonic import deadline_after, is_machine_time
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
-from goalwire.transport.registry import selected_identifier
+from goalwire.transport.registry import select_identifier
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,7 +64,7 @@ def wait_for_graph(
 
 def where(context: Context) -> str:
     """Return where a context looks for servers, for error texts: its domain and its wire."""
-    return f'in domain {context.get_domain_id()} ({selected_identifier()})'
+    return f'in domain {context.get_domain_id()} ({select_identifier()})'
 
 
 class ServerWait:

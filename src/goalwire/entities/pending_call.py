@@ -178,7 +178,7 @@ class PendingCall(Future[Any]):
         if self.call_context is not None:
             self._discard_timers(is_answered=True)
         if self.introspected is not None:
-            self.introspected.received(sample)
+            self.introspected.report_response(sample)
         took = sample.received_timestamp - self.sent_ns
         client.latencies.counts[took.bit_length() if took > 0 else 0] += 1
         if self.completion_state == PENDING:
@@ -202,7 +202,7 @@ class PendingCall(Future[Any]):
     def tell_reply(self, sample: Sample) -> None:
         """Publish a reply as an event of the call, if call events are asked for."""
         if self.introspected is not None:
-            self.introspected.received(sample)
+            self.introspected.report_response(sample)
 
     def complete(self, payload: Any) -> None:
         """Complete the future, unless it was cancelled."""
@@ -216,7 +216,7 @@ class PendingCall(Future[Any]):
         client, context = self.awaited_by, self.call_context
         if context is not None:
             client.unanswered += 1
-            self._attempt_failed(self._unanswered(context, reason))
+            self._on_failed_attempt(self._unanswered(context, reason))
         elif self.end():
             client.pending.pop(self.sent_as, None)
             client.report_unanswered(reason)
@@ -310,7 +310,7 @@ class PendingCall(Future[Any]):
         client.send(self.encoded, self)
         early = attempts.on_send()
         if early is not None:
-            self._attempt_failed(early)
+            self._on_failed_attempt(early)
         if self.end_lock.locked():
             attempts.discard_alarms()  # the call has ended meanwhile
 
@@ -320,9 +320,9 @@ class PendingCall(Future[Any]):
         assert context is not None
         assert attempts is not None
         problem = f'no answer came to an attempt within {attempts.retries.policy.timeout} s'
-        self._attempt_failed(context.error(DeadlineError, problem))
+        self._on_failed_attempt(context.error(DeadlineError, problem))
 
-    def _attempt_failed(self, error: Exception) -> None:
+    def _on_failed_attempt(self, error: Exception) -> None:
         """The last attempt has failed: send the request again if the policy says so."""
         attempts, context = self._attempts, self.call_context
         if attempts is None or context is None:
@@ -399,7 +399,7 @@ class RequestClient:
         self.sent += 1
         call.sent_as = sequence
         if call.introspected is not None:
-            call.introspected.sent(sequence)
+            call.introspected.report_request(sequence)
         self.pending[sequence] = call
         if call.end_lock.locked():  # the call has ended before its request's number was known
             call.discard_request()

@@ -132,7 +132,7 @@ class PublisherCore(Generic[MsgT]):
         if self._port is None:
             raise InvalidHandle
         count = self._port.peer_count()
-        return len(self.node.graph.matched(self._endpoint)) if count is None else count
+        return len(self.node.graph.find_matched(self._endpoint)) if count is None else count
 
     def show_liveliness(self) -> None:
         """Assert that the publisher is alive; raises InvalidHandle once destroyed."""

@@ -137,7 +137,7 @@ class EndpointEvents:
     @property
     def wire_that_delivers_all_the_same(self) -> str | None:
         """The wire's name, if messages flow there in spite of incompatible QoS."""
-        return None if self._enforces_qos else registry.selected_identifier()
+        return None if self._enforces_qos else registry.select_identifier()
 
     def close(self) -> None:
         """Stop counting: the endpoint ends. Idempotent."""
@@ -161,7 +161,7 @@ class EndpointEvents:
             self._watch_arrivals(weakly(self._note_arrival))
         elif event not in _FROM_GRAPH[self.endpoint.kind]:
             self._started.discard(event)
-            raise UnsupportedEventTypeError(event.name, self.endpoint.name, registry.selected_identifier())
+            raise UnsupportedEventTypeError(event.name, self.endpoint.name, registry.select_identifier())
         self._watch_graph()
 
     # -- from the wire and the messages --------------------------------------------------------------------

@@ -80,7 +80,7 @@ class RequestServer:
         if self.event_queue.closed:
             request.cancel()
         else:
-            request.cancel(reasons.refused(f'{QUEUE_LIMIT} requests wait already'))
+            request.cancel(reasons.explain_refusal(f'{QUEUE_LIMIT} requests wait already'))
             self.refused += 1
             self._log('a request was refused', self.refused, f'{QUEUE_LIMIT} requests wait already')
 
@@ -101,7 +101,7 @@ class RequestServer:
         try:
             return self._call(request, message)
         except BaseException as error:
-            request.cancel(reasons.failed(error))
+            request.cancel(reasons.explain_failure(error))
             raise
 
     def take(self) -> tuple[Any, Request] | None:
@@ -115,7 +115,7 @@ class RequestServer:
 
     def _reject(self, request: Request, error: RemoteError) -> None:
         self.rejected += 1
-        request.cancel(reasons.rejected(error))
+        request.cancel(reasons.explain_rejection(error))
         self._log('a request was rejected', self.rejected, error)
 
     def _log(self, what: str, count: int, reason: object) -> None:

@@ -72,7 +72,7 @@ class ServiceCore(Introspected):
             self._count_failure()
             if self.failed is None:
                 raise
-            request.cancel(reasons.failed(error))
+            request.cancel(reasons.explain_failure(error))
             self.failed(error)
         return None
 

@@ -201,13 +201,13 @@ class IntrospectedCall:
         self._gid = gid
         self._request: list[object] = [request]
 
-    def sent(self, sequence: int) -> None:
+    def report_request(self, sequence: int) -> None:
         """Report that the request went out."""
         with self._introspection.order:
             self._note_request(sequence)
         self._introspection.flush()
 
-    def received(self, sample: Sample) -> None:
+    def report_response(self, sample: Sample) -> None:
         """Report the response, and the request before it."""
         introspection = self._introspection
         response = introspection.decode(sample.payload)

@@ -20,7 +20,7 @@ from goalwire.records import replace
 from goalwire.reports import log_rejected
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Payload, Port, Sample
-from goalwire.transport.registry import selected_identifier
+from goalwire.transport.registry import select_identifier
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
@@ -168,7 +168,7 @@ class SubscriptionCore(Generic[MsgT]):
         if self._port is None:
             raise InvalidHandle
         count = self._port.peer_count()
-        return len(self.node.graph.matched(self._endpoint)) if count is None else count
+        return len(self.node.graph.find_matched(self._endpoint)) if count is None else count
 
     @property
     def events(self) -> EndpointEvents:
@@ -227,7 +227,7 @@ def _info(sample: Sample, taken: int) -> MessageInfo:
         'received_timestamp': sample.received_timestamp,
         'publication_sequence_number': sample.sequence or None,
         'reception_sequence_number': taken if sample.sequence else None,
-        'publisher_gid': {'implementation_identifier': selected_identifier(), 'data': sample.gid},
+        'publisher_gid': {'implementation_identifier': select_identifier(), 'data': sample.gid},
     }
 
 
@@ -267,7 +267,7 @@ class _Awaited(SubscriptionCore[MsgT]):
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self._samples: deque[Sample] = deque(maxlen=max(qos.depth, 1))
         self._arrival: Future[None] = Future()
-        super().__init__(node, msg_type, topic, _never_called, qos, ReentrantCallbackGroup())
+        super().__init__(node, msg_type, topic, _refuse_call, qos, ReentrantCallbackGroup())
 
     def _receiver(self) -> Callable[[Sample], None]:
         return self._deliver
@@ -291,5 +291,5 @@ class _Awaited(SubscriptionCore[MsgT]):
         return None
 
 
-def _never_called(_message: object) -> None:
+def _refuse_call(_message: object) -> None:
     raise AssertionError('messages that are waited for reach no executor')

@@ -107,13 +107,13 @@ def described(type_name: str) -> TypeDescription:
     """Return the description of 'pkg/msg/Name' (or a service or action) and of all types in it."""
     from type_description_interfaces.msg import TypeDescription
 
-    from goalwire.cdr.type_hash import referenced
+    from goalwire.cdr.type_hash import find_referenced
     from goalwire.idl.rosidl_compat import definition_by_name
 
     root = definition_by_name(type_name)
     return TypeDescription(
         type_description=_individual(root),
-        referenced_type_descriptions=[_individual(item) for item in referenced(root)],
+        referenced_type_descriptions=[_individual(item) for item in find_referenced(root)],
     )
 
 
@@ -152,14 +152,14 @@ def sources(type_name: str) -> list[TypeSource]:
     """
     from type_description_interfaces.msg import TypeSource
 
-    from goalwire.cdr.type_hash import referenced
+    from goalwire.cdr.type_hash import find_referenced
     from goalwire.errors import InterfaceError
     from goalwire.idl.registry import definition_text
     from goalwire.idl.rosidl_compat import definition_by_name
 
     found = []
     root = definition_by_name(type_name)
-    for definition in (root, *referenced(root)):
+    for definition in (root, *find_referenced(root)):
         if '_' in definition.name:
             found.append(TypeSource(type_name=definition.full_name, encoding='implicit'))
             continue

@@ -248,7 +248,7 @@ def _message_support(cls: type) -> MessageSupport:
     )
 
 
-def named_message_support(type_name: str, type_hash: str = '') -> MessageSupport:
+def find_message_support(type_name: str, type_hash: str = '') -> MessageSupport:
     """Return the support of 'pkg/msg/Name', which may be unknown here: serialized messages need no class.
 
     Without a `type_hash` the hash of the definition known here is used, if there is one.

@@ -74,7 +74,7 @@ class DrainTracker:
         """True if all gathered work has been run."""
         return not self._taking and not self._running and not self._events
 
-    def begun(self, thread: Thread, source: CallbackSource) -> None:
+    def note_begin(self, thread: Thread, source: CallbackSource) -> None:
         """Note that `thread` begins a callback of `source`."""
         with self._lock:
             if thread not in self._running:
@@ -83,9 +83,9 @@ class DrainTracker:
                 if source in self._events:
                     self._running.add(thread)
                     self._take_one(source)
-        self.has_taken(thread)  # called last, since `over` is read without the lock
+        self.note_taken(thread)  # called last, since `over` is read without the lock
 
-    def has_taken(self, thread: Thread) -> None:
+    def note_taken(self, thread: Thread) -> None:
         """Note that `thread` has taken its work, or has found none."""
         with self._lock:
             if thread not in self._taking:
@@ -95,7 +95,7 @@ class DrainTracker:
         if over:
             self._done()
 
-    def has_ended(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
+    def note_end(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
         """Note that `thread` has finished with `source`. `performed` is False if the group was busy."""
         with self._lock:
             self.ended += 1
@@ -487,15 +487,15 @@ class MultiThreadedExecutor(Executor):
 
     def _tell_none_taken(self, thread: threading.Thread) -> None:
         for drain in tuple(self._drains):
-            drain.has_taken(thread)
+            drain.note_taken(thread)
 
     def _tell_begun(self, thread: threading.Thread, source: CallbackSource) -> None:
         for drain in tuple(self._drains):
-            drain.begun(thread, source)
+            drain.note_begin(thread, source)
 
     def _tell_ended(self, thread: threading.Thread, source: CallbackSource, *, performed: bool) -> None:
         for drain in tuple(self._drains):
-            drain.has_ended(thread, source, performed=performed)
+            drain.note_end(thread, source, performed=performed)
 
     def _keep_watch(self) -> None:
         """Make sure that another worker sleeps at the queue while the calling worker runs a callback."""

@@ -95,7 +95,7 @@ class SignalListener:
         """
         return self._pipe.take_if_free()
 
-    def noticed(self) -> None:
+    def notice(self) -> None:
         """Note that the main thread runs a handler now. Takes no lock."""
         self._noticed_ns = STEADY.now()
 
@@ -172,7 +172,7 @@ def _answer(_number: int, _frame: FrameType | None) -> None:
     Python runs the handlers of lower numbers first, so those of SIGINT and SIGTERM have run by then.
     """
     for listener in _listeners:
-        listener.noticed()
+        listener.notice()
 
 
 class SignalHandlerOptions(Enum):
@@ -209,7 +209,7 @@ class _Handler:
         # The listener is notified first, so that it does not end the contexts in the main thread's place. The
         # previous handler comes last, since it may raise, as Python's own does for SIGINT.
         for listener in _listeners:
-            listener.noticed()
+            listener.notice()
         _end(_ended.alive(), number)
         if callable(self.previous):
             self.previous(number, frame)

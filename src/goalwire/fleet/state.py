@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import GoalwireError
 from goalwire.observe.emergency_stops import says_state, word_of
-from goalwire.observe.goal_topics import known_goals
+from goalwire.observe.goal_topics import fetch_known_goals
 from goalwire.observe.messages import interface_class
 from goalwire.records import record
 from goalwire.rules.names.robots import robot_of
@@ -78,7 +78,7 @@ async def _is_stopped(node: Node, topics: list[tuple[str, list[str]]], patience:
 
 
 async def _active_goals(node: Node, action: str, patience: float) -> int:
-    return sum(goal.is_active for goal in await known_goals(node, action, patience))
+    return sum(goal.is_active for goal in await fetch_known_goals(node, action, patience))
 
 
 async def _latest(node: Node, topic: str, type_name: str, patience: float) -> Any:

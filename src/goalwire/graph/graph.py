@@ -177,7 +177,7 @@ class Graph(GraphListener):
                     return True
         return False
 
-    def matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
+    def find_matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
         """Return an endpoint's counterparts with the same name and type, and with compatible QoS if the wire
         enforces QoS.
         """

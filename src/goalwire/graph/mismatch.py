@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from enum import Enum
 
-from goalwire.graph.names import SEND_GOAL, is_part_of_action, shown
+from goalwire.graph.names import SEND_GOAL, is_part_of_action, show_type
 from goalwire.records import record
 from goalwire.transport.contract import EndpointKind, GraphEntity
 
@@ -81,7 +81,7 @@ class Mismatch:
     def _about_types(self) -> str:
         """Return the text about different types. For topics it begins with ROS 2's own text."""
         sides = ' and '.join(
-            f"{side.kind.value} in node '{side.node.qualified}' has the type {shown(side.type_name)}"
+            f"{side.kind.value} in node '{side.node.qualified}' has the type {show_type(side.type_name)}"
             for side in (self.first, self.second)
         )
         if self.first.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION}:

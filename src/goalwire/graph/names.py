@@ -35,6 +35,6 @@ def is_part_of_action(name: str) -> bool:
     return '/_action/' in name
 
 
-def shown(type_name: str) -> str:
+def show_type(type_name: str) -> str:
     """Return a type's name as users see it: for the type of a send_goal service, the action's type."""
     return type_name.removesuffix(_SEND_GOAL_TYPE) if '/action/' in type_name else type_name

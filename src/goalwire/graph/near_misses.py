@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.errors import did_you_mean
-from goalwire.graph.names import SEND_GOAL, is_part_of_action, shown
+from goalwire.graph.names import SEND_GOAL, is_part_of_action, show_type
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -33,8 +33,8 @@ def near_misses(graph: Graph, name: str, *, is_action: bool) -> str:
     for server in servers:
         if asked and server.type_name not in asked:
             return (
-                f"node '{server.node.qualified}' serves that name with the type {shown(server.type_name)}, "
-                f"node '{clients[0].node.qualified}' asks for {shown(clients[0].type_name)}"
+                f"node '{server.node.qualified}' serves that name with the type {show_type(server.type_name)}"
+                f", node '{clients[0].node.qualified}' asks for {show_type(clients[0].type_name)}"
             )
     if servers:
         return ''

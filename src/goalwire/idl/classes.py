@@ -36,7 +36,7 @@ class _Part:
         return part
 
 
-def made_classes(name: str) -> list[type]:
+def find_made_classes(name: str) -> list[type]:
     """Return the message classes with this name, of any package, that have been made so far."""
     return [cls for cls in list(_classes.values()) if cls.__name__ == name]
 
@@ -109,7 +109,7 @@ def own_definition(cls: type) -> Definition | None:
 
 
 def _build_message(message: MessageDefinition, inside: tuple[str, ...] = ()) -> type:
-    nested = _nested_classes(message, inside)
+    nested = _make_nested_classes(message, inside)
     sizes = {name: _extents[cls] for name, cls in nested.items() if cls in _extents}
     size = extent.extent_of(message, sizes)
     cls = make_message_class(message, nested)
@@ -117,7 +117,7 @@ def _build_message(message: MessageDefinition, inside: tuple[str, ...] = ()) -> 
     return _publish(message, cls)
 
 
-def _nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict[str, type]:
+def _make_nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict[str, type]:
     """Return the classes of a message's nested messages; `inside` has the names of its enclosing messages."""
     if message.full_name in inside:
         circle = ' -> '.join((*inside[inside.index(message.full_name) :], message.full_name))

@@ -11,7 +11,7 @@ import re
 from keyword import iskeyword
 
 from goalwire.errors import InterfaceSyntaxError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.idl import derived_types
 from goalwire.idl.literals import closing_quote, parse_default, parse_scalar
 from goalwire.idl.model import (
@@ -61,30 +61,30 @@ class _Source:
     line: int = 1
 
     def error(self, column: int, problem: str) -> InterfaceSyntaxError:
-        return InterfaceSyntaxError(self.name, self.line, column, shown(problem, _LONGEST_PROBLEM))
+        return InterfaceSyntaxError(self.name, self.line, column, show(problem, _LONGEST_PROBLEM))
 
 
 def parse_message(text: str, package: str, name: str, *, source: str = '') -> MessageDefinition:
     """Parse the text of a .msg file; `source` is the file's name for error messages."""
-    where = _checked_names(package, name, 'msg', source)
+    where = _check_names(package, name, 'msg', source)
     return _Message(where.name, package, 'msg').parse(name, text.splitlines(), 1)
 
 
 def parse_service(text: str, package: str, name: str, *, source: str = '') -> ServiceDefinition:
     """Parse the text of a .srv file: request --- response."""
-    where = _checked_names(package, name, 'srv', source)
+    where = _check_names(package, name, 'srv', source)
     request, response = _sections(text, where, package, 'srv', name, 'Request', 'Response')
     return derived_types.service(request, response)
 
 
 def parse_action(text: str, package: str, name: str, *, source: str = '') -> ActionDefinition:
     """Parse the text of an .action file: goal --- result --- feedback."""
-    where = _checked_names(package, name, 'action', source)
+    where = _check_names(package, name, 'action', source)
     goal, result, feedback = _sections(text, where, package, 'action', name, 'Goal', 'Result', 'Feedback')
     return derived_types.action(goal, result, feedback)
 
 
-def _checked_names(package: str, name: str, kind: str, source: str) -> _Source:
+def _check_names(package: str, name: str, kind: str, source: str) -> _Source:
     where = _Source(source or f'{package}/{kind}/{name}.{kind}', 0)
     if not _PACKAGE.fullmatch(package):
         raise where.error(

@@ -195,7 +195,7 @@ def inner_spec(
     `path` is the `__path__` of the enclosing package; `found` is where the package, as std_msgs, was found.
     """
     package, kind, *rest = fullname.split('.')
-    found = found or search_path.imported_package(package, kind)
+    found = found or search_path.find_imported_package(package, kind)
     if not rest:
         stubs = os.path.join(path[0], kind) if path else ''
         return _spec(fullname, found, stubs) if _names_in(found, package, kind) else None
@@ -261,7 +261,7 @@ def _explain_python(fullname: str, package: str) -> str | None:
 
 def type_names(package: str, kind: str) -> list[str]:
     """Return the sorted type names of a package's <kind>, from files and from register_definitions."""
-    return _names_in(search_path.imported_package(package, kind), package, kind)
+    return _names_in(search_path.find_imported_package(package, kind), package, kind)
 
 
 def _names_in(found: InterfacePackage | None, package: str, kind: str) -> list[str]:
@@ -300,7 +300,7 @@ def _spec(name: str, found: InterfacePackage | None, stubs: str | None) -> Modul
 
 def folder_of(package: str, kind: str = 'msg') -> str | None:
     """Return where a package's definitions are, or 'register_definitions'; None without interfaces."""
-    if found := search_path.imported_package(package, kind):
+    if found := search_path.find_imported_package(package, kind):
         return found.folder
     return REGISTERED if registry.registered_types(package) else None
 

@@ -50,7 +50,7 @@ def _pixels(message: Any) -> np.ndarray[Any, Any]:
             np.dtype(dtype).newbyteorder('>') if message.is_bigendian else np.dtype(dtype).newbyteorder('<')
         )
         depth = _rows(data, height, width * size, step).reshape(-1).view(kind)
-        return _stretched(depth.reshape(height, width).astype(np.float64))[:, :, None][
+        return _stretch(depth.reshape(height, width).astype(np.float64))[:, :, None][
             :: _skip(width), :: _skip(width)
         ]
     channels = _CHANNELS.get(encoding)
@@ -74,7 +74,7 @@ def _rows(data: np.ndarray[Any, Any], height: int, row: int, step: int) -> np.nd
     return np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
 
 
-def _stretched(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _stretch(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """Return depths as grey values, the nearest white; missing measurements are black."""
     known = np.isfinite(values) & (values > 0)
     if not known.any():

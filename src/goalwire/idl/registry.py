@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 
 from goalwire.errors import InterfaceError, InterfaceSyntaxError, UnknownInterfaceError
-from goalwire.files import LARGEST_DEFINITION, read_regular, shown
+from goalwire.files import LARGEST_DEFINITION, read_regular, show
 from goalwire.idl import grammar, search_path, workspace
 from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
 
@@ -112,7 +112,7 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
         text = _texts.get(package, {}).get(key)
     if text is not None:
         return text, f'{package}/{key}.{kind}'
-    found = search_path.imported_package(package, kind)
+    found = search_path.find_imported_package(package, kind)
     names = workspace.definition_names(found.folder, kind) if found else []
     if found and name in names:
         found.tell_use()
@@ -167,7 +167,7 @@ def read_definition(file: str) -> str:
     try:
         data = read_regular(file, LARGEST_DEFINITION)
     except OSError as error:
-        raise InterfaceError(f'{shown(file)}: cannot be read: {error.strerror}') from error
+        raise InterfaceError(f'{show(file)}: cannot be read: {error.strerror}') from error
     try:
         return data.decode('utf-8-sig')
     except UnicodeDecodeError as error:

@@ -17,7 +17,7 @@ import os
 import sys
 
 from goalwire.errors import UnknownInterfaceError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.idl import entry_points, workspace, workspace_roots
 from goalwire.idl.workspace import KINDS
 
@@ -94,7 +94,7 @@ def find_package(package: str, *, walk: bool = True) -> InterfacePackage | None:
     return found
 
 
-def imported_package(package: str, kind: str) -> InterfacePackage | None:
+def find_imported_package(package: str, kind: str) -> InterfacePackage | None:
     """Return an imported package as it was found, otherwise the result of `find_package`, which may raise.
 
     As with Python's own packages, an imported package stays in the folder where it was found.
@@ -129,7 +129,7 @@ def explain_missing(package: str) -> str:
     for root in workspace_roots.find_roots():
         here = workspace_roots.walk(root)
         found = ', '.join(sorted(here.packages)) or 'no interface package'
-        lines.append(f'  below {root.place} {shown(here.root)}: {found}')
+        lines.append(f'  below {root.place} {show(here.root)}: {found}')
         lines += [f'    note: {remark}' for remark in _shorten(here)]
         near += [f'    note: {remark}' for remark in _explain_near(here, package)]
         unnamed = (workspace.explain_unnamed(folder, _name_for(folder, package)) for folder in here.unnamed)
@@ -166,7 +166,7 @@ def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
     for folder in here.manifests:
         if os.path.basename(folder) != package:
             continue
-        manifest = shown(os.path.join(folder, 'package.xml'))
+        manifest = show(os.path.join(folder, 'package.xml'))
         remarks += [
             f'{manifest} names the package {name}: write <name>{package}</name>'
             for name, place in here.packages.items()
@@ -175,7 +175,7 @@ def _explain_near(here: workspace.Workspace, package: str) -> list[str]:
         for file in sorted(os.listdir(folder)):
             kind = file.rpartition('.')[2]
             if kind in workspace.KINDS and kind != file:  # not the folder srv itself
-                inside = shown(os.path.join(folder, kind, file))
+                inside = show(os.path.join(folder, kind, file))
                 remarks.append(f'{file} lies beside {manifest}: move it to {inside}')
     return remarks[:_NOTES]
 
@@ -195,7 +195,7 @@ def explain_overridden(package: str) -> str:
         folder = workspace_roots.walk(root).packages.get(package)
         if folder:
             return (
-                f'goalwire ships this {package}, and {shown(folder)} is another: '
+                f'goalwire ships this {package}, and {show(folder)} is another: '
                 f'to use that one, name it in {INTERFACE_PATH}'
             )
     return ''
@@ -287,7 +287,7 @@ def _search_python(package: str) -> InterfacePackage | None:
 
 def _search_workspaces(package: str, *, walk: bool) -> InterfacePackage | None:
     for root in workspace_roots.find_roots():
-        here = workspace_roots.walk(root) if walk else workspace_roots.walked(root)
+        here = workspace_roots.walk(root) if walk else workspace_roots.recall_walk(root)
         if here is not None and package in here.packages:
             for remark in here.remarks:
                 if f'second package named {package};' in remark:
@@ -311,7 +311,7 @@ def _entries(variable: str) -> list[str]:
 
 def _describe_variable(variable: str) -> str:
     entries = [entry if os.path.isdir(entry) else f'{entry} (no such folder)' for entry in _entries(variable)]
-    return ', '.join(map(shown, entries)) or 'not set'
+    return ', '.join(map(show, entries)) or 'not set'
 
 
 def _listing(folder: str) -> list[str]:

@@ -8,7 +8,7 @@ write to. Used by the import hook: nothing heavy is imported here.
 
 import os
 
-from goalwire.files import LARGEST_DEFINITION, read_regular, shown, why_others_write
+from goalwire.files import LARGEST_DEFINITION, read_regular, show, why_others_write
 
 TYPE_CHECKING = False  # importing typing would take 5 ms
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def scan(root: str, *, guarded: bool = False) -> Workspace:
             if visited > FOLDERS or found.entries > ENTRIES:
                 bound = f'{FOLDERS} folders' if visited > FOLDERS else f'{ENTRIES:,} files'
                 found.complete = False
-                found.remark(f'the search below {shown(root)} ended after {bound}')
+                found.remark(f'the search below {show(root)} ended after {bound}')
                 return found
             below += _visit(folder, found)
         level = below
@@ -133,7 +133,7 @@ def _refuses(folder: str, state: os.stat_result, found: Workspace) -> bool:
     """Return True, and note the folder as refused, if other users can write to it."""
     why = why_others_write(state)
     if why:
-        found.refused.append(f'{shown(folder)} is not searched, because {why}')
+        found.refused.append(f'{show(folder)} is not searched, because {why}')
         found.remark(found.refused[-1])
     return bool(why)
 
@@ -161,7 +161,7 @@ def _note(folder: str, found: Workspace) -> None:
         return
     if name in found.packages:
         found.remark(
-            f'{shown(folder)} is a second package named {name}; {shown(found.packages[name])} is used '
+            f'{show(folder)} is a second package named {name}; {show(found.packages[name])} is used '
             '(a file COLCON_IGNORE in a folder hides it)'
         )
         return
@@ -172,7 +172,7 @@ def package_name(manifest: str) -> str:
     """Return the <name> in a package.xml; raises ValueError that names the file and the fault."""
     from goalwire import xml_tree
 
-    file = shown(manifest)
+    file = show(manifest)
     try:
         root = xml_tree.read(read_regular(manifest, LARGEST_DEFINITION))
     except OSError as error:
@@ -185,7 +185,7 @@ def package_name(manifest: str) -> str:
         raise ValueError(f'{file} has no <name>')
     if not is_package_name(text):
         raise ValueError(
-            f'{file} has the <name> {shown(text, 60)!r}: a name has lower-case letters, digits and single '
+            f'{file} has the <name> {show(text, 60)!r}: a name has lower-case letters, digits and single '
             'underscores, with a letter first'
         )
     return text
@@ -195,9 +195,9 @@ def explain_unnamed(folder: str, package: str) -> str | None:
     """Return the error text for a folder that has definitions but no package.xml; None for other folders."""
     if os.path.lexists(os.path.join(folder, MANIFEST)) or not holds_definitions(folder):
         return None
-    place = shown(os.path.join(folder, MANIFEST))
+    place = show(os.path.join(folder, MANIFEST))
     return (
-        f'{shown(folder)} holds definitions, but no {MANIFEST} says what package they are: '
+        f'{show(folder)} holds definitions, but no {MANIFEST} says what package they are: '
         f'write {place}, at least <package format="3"><name>{package}</name></package>'
     )
 

@@ -9,7 +9,7 @@ other users can write to, and one line on standard error names each package that
 import os
 import sys
 
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.idl import workspace
 
 WORKING_DIRECTORY = 'the working directory'
@@ -59,7 +59,7 @@ def walk(root: Root) -> workspace.Workspace:
     return _walks[key]
 
 
-def walked(root: Root) -> workspace.Workspace | None:
+def recall_walk(root: Root) -> workspace.Workspace | None:
     """Return what an earlier walk below a root has found; None if there was no walk."""
     return _walks.get((root.folder, root.trusted))
 
@@ -70,7 +70,7 @@ def tell_origin(package: str, folder: str) -> None:
         return
     _told.add(package)
     sys.stderr.write(
-        f'note: the package {package} is taken from {shown(folder)}, below the working directory\n'
+        f'note: the package {package} is taken from {show(folder)}, below the working directory\n'
     )
 
 

@@ -10,7 +10,7 @@ from difflib import get_close_matches
 
 import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.errors import LaunchError, NoSuchPackageError
-from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
+from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, show
 from goalwire.launching.actions import DeclareLaunchArgument
 from goalwire.launching.errors import Location, as_sentence, locate
 from goalwire.launching.model import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -35,7 +35,7 @@ def check_launch_file(path: str) -> list[str]:
         description = get_launch_description_from_any_launch_file(path)
     except Exception as error:
         told = locate(error, None)
-        return [str(told) if told.located else f'{shown(os.path.abspath(path))}:1: {told}']
+        return [str(told) if told.located else f'{show(os.path.abspath(path))}:1: {told}']
     return list(dict.fromkeys(_problems(description, _context(path), 0)))
 
 
@@ -95,7 +95,7 @@ def _problems_of_node(node: Node, context: LaunchContext) -> Iterator[str]:
                 yield _line(node.location, error)
             continue
         if not os.path.isfile(path):
-            yield _line(node.location, LaunchError(f'the parameter file {shown(path)} does not exist'))
+            yield _line(node.location, LaunchError(f'the parameter file {show(path)} does not exist'))
         elif not (isinstance(item, ParameterFile) and item.allow_substs):
             yield from _problems_of_parameter_file(path)
 
@@ -105,16 +105,16 @@ def _problems_of_parameter_file(path: str) -> Iterator[str]:
     try:
         parse_parameter_file(read_regular(path, LARGEST_PARAMETER_FILE))
     except OSError as error:
-        yield f'{shown(path)}:1: {error.strerror}'
+        yield f'{show(path)}:1: {error.strerror}'
     except RuleSyntaxError as error:
         text = ' '.join(str(error).split())
         place = re.search(r' (?:at line|near line|line_num) (\d+)', text)
         wrong = _misspelt_key(path)
         if wrong is not None:
             line, key = wrong
-            yield f"{shown(path)}:{line}: '{key}' is not a key of a parameter file; did you mean {KEY}?"
+            yield f"{show(path)}:{line}: '{key}' is not a key of a parameter file; did you mean {KEY}?"
         else:
-            yield f'{shown(path)}:{place[1] if place else 1}: {text}'
+            yield f'{show(path)}:{place[1] if place else 1}: {text}'
 
 
 def _misspelt_key(path: str) -> tuple[int, str] | None:

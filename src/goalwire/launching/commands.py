@@ -11,7 +11,7 @@ from pathlib import Path
 
 import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.errors import BadLaunchArgumentError, LaunchError, NoLaunchFileError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.launching import packages
 from goalwire.launching.introspection import (
     LaunchIntrospector,
@@ -73,7 +73,7 @@ def find_launch_file(words: list[str]) -> tuple[str, list[str]]:
     if Path(first).is_file():
         return first, rest
     if first.endswith(ENDINGS) or os.sep in first:
-        raise NoLaunchFileError(f'there is no launch file {shown(first)}')
+        raise NoLaunchFileError(f'there is no launch file {show(first)}')
     there = sorted({os.path.basename(path) for path in launch_files(packages.share(first))})
     raise NoLaunchFileError(
         f"which launch file of the package '{first}'? "

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from goalwire.errors import BadLaunchValueError, LaunchError
-from goalwire.files import shown
+from goalwire.files import show
 
 
 class Location(NamedTuple):
@@ -20,7 +20,7 @@ class Location(NamedTuple):
     line: int
 
     def __str__(self) -> str:
-        return f'{shown(self.file)}:{self.line}'
+        return f'{show(self.file)}:{self.line}'
 
 
 _launch_files: set[str] = set()
@@ -66,7 +66,7 @@ def as_sentence(error: BaseException) -> str:
     if isinstance(error, LaunchError) and text:
         return text
     if isinstance(error, OSError) and error.strerror:
-        where = f' {shown(str(error.filename))}' if error.filename else ''
+        where = f' {show(str(error.filename))}' if error.filename else ''
         return f'{error.strerror}:{where}' if where else error.strerror
     if isinstance(error, TypeError) and (told := _unknown_keyword(error, text)):
         return told

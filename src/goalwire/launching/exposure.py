@@ -57,12 +57,12 @@ def load_extensions() -> None:
             )
 
 
-def exposed_actions() -> set[str]:
+def list_exposed_actions() -> set[str]:
     """Return the names of all tags that actions have in XML and YAML."""
     return set(_actions)
 
 
-def exposed_substitutions() -> set[str]:
+def list_exposed_substitutions() -> set[str]:
     """Return the names that all substitutions have in XML and YAML."""
     return set(_substitutions)
 

@@ -225,7 +225,7 @@ class Parser:
     def parse_description(self, entity: Entity) -> LaunchDescription:
         """Return the description of a whole file. Raises LaunchError."""
         if entity.type_name != 'launch':
-            raise _broken(entity.location, f'the outermost tag is <launch>, not <{entity.type_name}>')
+            raise _make_error(entity.location, f'the outermost tag is <launch>, not <{entity.type_name}>')
         try:
             reason = entity.get_attr('deprecated', optional=True)
             version = entity.get_attr('version', optional=True)
@@ -256,13 +256,13 @@ class XMLParser(Parser):
         try:
             return _entity(path, xml_tree.read(data))
         except xml_tree.XmlError as error:
-            raise _broken(Location(path, error.line), f'no valid XML: {error.problem}') from error
+            raise _make_error(Location(path, error.line), f'no valid XML: {error.problem}') from error
 
 
 def _entity(path: str, element: xml_tree.Element) -> Entity:
     if element.text_line is not None:
         words = element.text.strip().splitlines()[0].strip()[:60]
-        raise _broken(Location(path, element.text_line), f"text between the tags: '{words}'")
+        raise _make_error(Location(path, element.text_line), f"text between the tags: '{words}'")
     children = [_entity(path, child) for child in element.children]
     return Entity(element.tag, dict(element.attributes), children, Location(path, element.line))
 
@@ -291,9 +291,11 @@ class YAMLParser(Parser):
                         f'; this line has {blanks} blanks before it, and line {begun.line + 1} has {above}: '
                         'give it as many if it belongs to the same list'
                     )
-            raise _broken(Location(path, mark.line + 1 if mark else 1), f'no valid YAML: {what}') from error
+            raise _make_error(
+                Location(path, mark.line + 1 if mark else 1), f'no valid YAML: {what}'
+            ) from error
         if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
-            raise _broken(Location(path, 1), "a launch file in YAML begins with 'launch:'")
+            raise _make_error(Location(path, 1), "a launch file in YAML begins with 'launch:'")
         key, value = node.value[0]
         return _tag(path, str(key.value), value, key)
 
@@ -314,7 +316,7 @@ def _tag(path: str, name: str, node: yaml.Node, key: yaml.Node) -> Entity:
             else:
                 attributes[inner_name] = _value(path, inner)
     elif not (isinstance(node, yaml.ScalarNode) and node.value == ''):
-        raise _broken(location, f"'{name}' needs attributes or a list, not a single value")
+        raise _make_error(location, f"'{name}' needs attributes or a list, not a single value")
     return Entity(name, attributes, children, location)
 
 
@@ -328,7 +330,7 @@ def _is_tags(node: yaml.Node) -> bool:
 
 def _child(path: str, node: yaml.Node) -> Entity:
     if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
-        raise _broken(
+        raise _make_error(
             Location(path, node.start_mark.line + 1),
             'expected one tag with its attributes, such as `- node:`; are its attributes indented?',
         )
@@ -344,10 +346,10 @@ def _value(path: str, node: yaml.Node) -> Any:
         finally:
             loader.dispose()
     except yaml.YAMLError as error:
-        raise _broken(Location(path, node.start_mark.line + 1), ' '.join(str(error).split())) from error
+        raise _make_error(Location(path, node.start_mark.line + 1), ' '.join(str(error).split())) from error
 
 
-def _broken(location: Location, text: str) -> InvalidFrontendLaunchFileError:
+def _make_error(location: Location, text: str) -> InvalidFrontendLaunchFileError:
     return InvalidFrontendLaunchFileError(f'{location}: {text}', located=True)
 
 

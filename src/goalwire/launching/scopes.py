@@ -89,7 +89,7 @@ class ResetLaunchConfigurations(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        arguments['launch_configurations'] = _kept_configurations(entity, parser)
+        arguments['launch_configurations'] = _read_kept_configurations(entity, parser)
         return cls, arguments
 
     def execute(self, context: LaunchContext) -> None:
@@ -99,7 +99,7 @@ class ResetLaunchConfigurations(Action):
         context.launch_configurations = kept
 
 
-def _kept_configurations(entity: Entity, parser: Parser) -> dict[Any, Any]:
+def _read_kept_configurations(entity: Entity, parser: Parser) -> dict[Any, Any]:
     """Return the launch configurations in a tag's `keep` children: values by name."""
     kept = {}
     for item in entity.get_entities('keep'):
@@ -249,7 +249,7 @@ class GroupAction(Action):
             value = entity.get_attr(name, data_type=bool, optional=True, can_be_str=False)
             if value is not None:
                 arguments[name] = value
-        arguments['launch_configurations'] = _kept_configurations(entity, parser)
+        arguments['launch_configurations'] = _read_kept_configurations(entity, parser)
         arguments['actions'] = parser.parse_children(entity, skip={'keep'})
         return cls, arguments
 

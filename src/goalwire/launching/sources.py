@@ -18,7 +18,7 @@ from goalwire.errors import (
     NoLaunchFileError,
     NoSuchPackageError,
 )
-from goalwire.files import read_regular, shown
+from goalwire.files import read_regular, show
 from goalwire.launching.actions import (
     DeclareLaunchArgument,
     OpaqueFunction,
@@ -66,7 +66,7 @@ def load_python_launch_file_as_module(launch_file_path: str) -> ModuleType:
     loader = importlib.machinery.SourceFileLoader('python_launch_file', path)
     spec = importlib.util.spec_from_loader(loader.name, loader)
     if spec is None:
-        raise InvalidLaunchFileError(f'{shown(path)} cannot be loaded as Python')
+        raise InvalidLaunchFileError(f'{show(path)} cannot be loaded as Python')
     module = importlib.util.module_from_spec(spec)
     remember_launch_file(path)
     _readable(path)
@@ -87,7 +87,7 @@ def get_launch_description_from_python_launch_file(launch_file_path: str) -> Lau
     function = getattr(module, 'generate_launch_description', None)
     if not callable(function):
         raise InvalidLaunchFileError(
-            f'{shown(launch_file_path)} does not define generate_launch_description(): '
+            f'{show(launch_file_path)} does not define generate_launch_description(): '
             'write a function of that name, which returns a LaunchDescription'
         )
     try:
@@ -96,7 +96,7 @@ def get_launch_description_from_python_launch_file(launch_file_path: str) -> Lau
         raise locate(error, None) from error
     if not isinstance(description, LaunchDescription):
         raise InvalidLaunchFileError(
-            f'{shown(launch_file_path)}: generate_launch_description() returned '
+            f'{show(launch_file_path)}: generate_launch_description() returned '
             f"{type(description).__name__}, not a LaunchDescription: write 'return LaunchDescription([…])'"
         )
     return description
@@ -147,7 +147,7 @@ def _description_by_content(path: str) -> LaunchDescription:
         f'as {notation}: {error}' for notation, error in zip(('XML', 'YAML'), failures, strict=True)
     )
     raise InvalidLaunchFileError(
-        f'{shown(path)} is not a launch file: {reasons}; '
+        f'{show(path)} is not a launch file: {reasons}; '
         'as Python: it defines no generate_launch_description()'
     )
 
@@ -157,7 +157,7 @@ def _readable(path: str) -> None:
         read_regular(path, LARGEST)
     except OSError as error:
         kind = NoLaunchFileError if isinstance(error, FileNotFoundError) else InvalidLaunchFileError
-        raise kind(f'cannot read the launch file {shown(path)}: {error.strerror}') from error
+        raise kind(f'cannot read the launch file {show(path)}: {error.strerror}') from error
 
 
 class LaunchDescriptionSource:
@@ -320,7 +320,7 @@ class IncludeLaunchDescription(Action):
         """Return the description if it can be read without a launch, else None."""
         return self._source.try_get_launch_description_without_context(self.location)
 
-    def decided_names(self) -> set[str]:
+    def list_decided_names(self) -> set[str]:
         """Return the names of the arguments that the include sets.
 
         Arguments that the include passes on, as in `<arg name="a" value="$(var a)"/>`, are left out: the
@@ -340,7 +340,7 @@ class IncludeLaunchDescription(Action):
             return
         inside = ArgumentSearch(
             includes=(*search.includes, self),
-            decided=search.decided | self.decided_names(),
+            decided=search.decided | self.list_decided_names(),
             is_conditional=search.is_conditional or self.condition is not None,
         )
         for entity in inner.entities:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
 from goalwire.errors import BadLaunchValueError, SubstitutionFailure
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.launching import expressions
 from goalwire.launching.exposure import expose_substitution
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
@@ -368,7 +368,7 @@ class FileContent(CompoundSubstitution):
             with open(path, encoding='utf-8') as file:
                 return file.read()
         except (OSError, UnicodeError) as error:
-            raise SubstitutionFailure(f'cannot read {shown(path)}: {error}') from error
+            raise SubstitutionFailure(f'cannot read {show(path)}: {error}') from error
 
 
 class PathSubstitution(CompoundSubstitution):

@@ -32,7 +32,7 @@ class Clients:
         self._since[client.name] = self._machine.steady()
         return client
 
-    def listened(self, client: goalwire.ActionClient[Any, Any, Any]) -> float:
+    def measure_listening(self, client: goalwire.ActionClient[Any, Any, Any]) -> float:
         """Return for how many s this client has received the server's topics."""
         return self._machine.steady() - self._since[client.name]
 

@@ -27,7 +27,7 @@ class FileLock:
                 f"another runner has '{path}': a journal has only one runner, so that no step runs twice"
             )
 
-    def last_seen(self) -> Sighting | None:
+    def read_last_seen(self) -> Sighting | None:
         """Return the last sign of life of a holder; None if there was none."""
         os.lseek(self._descriptor, 1, os.SEEK_SET)
         boot, _, steady = os.read(self._descriptor, _LARGEST).decode(errors='replace').strip().rpartition(' ')

@@ -164,12 +164,12 @@ class GoalStep:
         if self._interruption is not None:
             return await self._cancel(run)
         try:
-            return self._reached(await step.until_stopped(run.result))
+            return self._conclude_success(await step.until_stopped(run.result))
         except Interrupted as why:
             await self._note_interruption(why)
             return await self._cancel(run)
         except GoalFailed as failure:
-            return self._failed(failure)
+            return self._conclude_failure(failure)
 
     async def _note_interruption(self, why: Interrupted) -> None:
         """Write that the goal will be cancelled, so that after a restart it is known who has cancelled it."""
@@ -186,16 +186,16 @@ class GoalStep:
             await run.cancel(timeout=CANCEL_S)
         try:
             async with asyncio.timeout(CANCEL_S):
-                return self._reached(await run.result)
+                return self._conclude_success(await run.result)
         except GoalFailed as failure:
-            return self._failed(failure)
+            return self._conclude_failure(failure)
         except (TimeoutError, CallError):
             return self._gave_up('it was cancelled, and the server did not say that it ended: it may go on')
 
-    def _reached(self, result: object) -> Outcome:
+    def _conclude_success(self, result: object) -> Outcome:
         return Outcome(result, message_type=self._request.action_type.Result)
 
-    def _failed(self, failure: GoalFailed) -> Outcome:
+    def _conclude_failure(self, failure: GoalFailed) -> Outcome:
         """Return the outcome of a failed goal: the mission's own error if the mission has cancelled it."""
         if self._interruption is not None and isinstance(failure, GoalCanceled):
             return Outcome(error=self._interruption.error)
@@ -231,7 +231,7 @@ class GoalStep:
             case goalwire.GoalState.RUNNING:
                 return _Move.FOLLOW
             case goalwire.GoalState.ENDED | goalwire.GoalState.RESULT_GONE:
-                return self._ended(found)
+                return self._conclude_end(found)
             case goalwire.GoalState.SERVER_DIED:
                 return await self._conclude_lost(found.why)
             case goalwire.GoalState.UNKNOWN:
@@ -239,10 +239,10 @@ class GoalStep:
             case _:
                 return None
 
-    def _ended(self, found: goalwire.GoalProbe[Any]) -> Outcome:
+    def _conclude_end(self, found: goalwire.GoalProbe[Any]) -> Outcome:
         if found.status is GoalStatus.SUCCEEDED:
             result = self._request.action_type.Result() if found.result is None else found.result
-            return self._reached(result)
+            return self._conclude_success(result)
         name = self._client.name
         failure: GoalFailed
         if found.status is GoalStatus.CANCELED:
@@ -250,7 +250,7 @@ class GoalStep:
         else:
             failure = GoalAborted(f"action '{name}': the goal was aborted", name=name)
         failure.result = found.result
-        return self._failed(failure)
+        return self._conclude_failure(failure)
 
     async def _conclude_unknown(self, journal: str) -> Outcome | _Move | None:
         """Conclude from the answer of a server that does not know the goal; `journal` is its journal's id."""
@@ -265,7 +265,7 @@ class GoalStep:
         where, why = judge(
             sent,
             self._client.server_view(),
-            listened=self._step.clients.listened(self._client),
+            listened=self._step.clients.measure_listening(self._client),
             age=self._step.age(self._intent),
             kept=self._request.kept,
         )
@@ -308,7 +308,7 @@ class GoalStep:
         evidence = f'goal {goal_id} may have run, wholly or in part: {why}'
         decision = await self._step.decide_lost(self._request.if_lost, self._request.goal, evidence)
         if decision is Decision.DONE:
-            return self._reached(self._request.action_type.Result())
+            return self._conclude_success(self._request.action_type.Result())
         if decision is Decision.FAIL:
             return Outcome(error=StepLost(f'{self._step.title}: {evidence}'))
         self._attempt += 1

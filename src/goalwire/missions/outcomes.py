@@ -53,7 +53,7 @@ def decode_message(body: Mapping[str, Json], data: bytes, cls: type) -> Any:
     return codec.decode(data, cls)
 
 
-def ended_entry(step: int, key: StepKey, outcome: Outcome) -> Entry:
+def make_end_entry(step: int, key: StepKey, outcome: Outcome) -> Entry:
     """Return the entry for the end of a step. Raises TypeError or ValueError for unfit values."""
     body, data = _error_facts(outcome.error) if outcome.error is not None else _value_facts(outcome)
     as_json(body)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import goalwire
 
 
-async def _begun(step: LiveStep, timeout: float | None = None) -> Entry:
+async def _begin(step: LiveStep, timeout: float | None = None) -> Entry:
     """Return the step's intent, from the journal or a new one, and set the time limit."""
     intent = step.history.intent
     if intent is None:
@@ -39,7 +39,7 @@ async def wait_for_message(
     qos: goalwire.QoS | int,
 ) -> Outcome:
     """Wait for a message that meets the condition. The timeout starts with the step, not with a restart."""
-    await _begun(step, timeout)
+    await _begin(step, timeout)
 
     async def receive() -> Any:
         with step.node.subscription(message_type, topic, qos=qos) as subscription:
@@ -57,12 +57,12 @@ async def wait_for_message(
             error=DeadlineError(f"topic '{topic}': no such message came within {timeout} s", name=topic)
         )
     except Exception as error:  # the condition itself has raised it
-        return Outcome(error=_step_failed(error))
+        return Outcome(error=_make_failure(error))
 
 
 async def sleep(step: LiveStep, seconds: float) -> Outcome:
     """Sleep until `seconds` after the step began; the time without a runner counts, too."""
-    await _begun(step, seconds)
+    await _begin(step, seconds)
     try:
         await step.until_stopped(asyncio.Event().wait())
     except Interrupted as why:
@@ -72,7 +72,7 @@ async def sleep(step: LiveStep, seconds: float) -> Outcome:
 
 async def sleep_until(step: LiveStep, when: float) -> Outcome:
     """Sleep until the system's clock shows `when`, in s since 1970."""
-    await _begun(step)
+    await _begin(step)
     try:
         while (left := when - step.machine.wall()) > 0:
             await step.until_stopped(asyncio.sleep(left))
@@ -83,7 +83,7 @@ async def sleep_until(step: LiveStep, when: float) -> Outcome:
 
 async def approve(step: LiveStep, question: str, timeout: float | None) -> Outcome:
     """Ask a person. No answer within `timeout` s counts as no."""
-    await _begun(step, timeout)
+    await _begin(step, timeout)
     try:
         return Outcome(await step.ask(MissionState.APPROVAL, question) == 'yes')
     except Interrupted as why:
@@ -94,7 +94,7 @@ async def call_function(
     step: LiveStep, function: Callable[..., Any], arguments: tuple[Any, ...], timeout: float | None
 ) -> Outcome:
     """Call the mission's own function, plain or `async def`."""
-    await _begun(step, timeout)
+    await _begin(step, timeout)
     try:
         value = function(*arguments)
         if isawaitable(value):
@@ -103,11 +103,11 @@ async def call_function(
     except Interrupted as why:
         return Outcome(error=why.error)
     except Exception as error:
-        return Outcome(error=_step_failed(error))
+        return Outcome(error=_make_failure(error))
     return Outcome(value)
 
 
-def _step_failed(error: Exception) -> StepFailed:
+def _make_failure(error: Exception) -> StepFailed:
     failed = StepFailed(f'{type(error).__name__}: {error}')
     failed.__cause__ = error
     return failed

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.errors import JournalError, MissionFailed, MissionStopped, StepFailed
 from goalwire.missions.gate import Gate
 from goalwire.missions.live_step import LiveStep
-from goalwire.missions.outcomes import Outcome, ended_entry
+from goalwire.missions.outcomes import Outcome, make_end_entry
 from goalwire.missions.playing import play
 from goalwire.missions.questions import is_asking
 from goalwire.missions.steps import Perform
@@ -184,10 +184,10 @@ class MissionRun:
         else:
             outcome = await how(LiveStep(self, history, is_undoing=is_undoing))
         try:
-            entry = ended_entry(history.number, history.key, outcome)
+            entry = make_end_entry(history.number, history.key, outcome)
         except (TypeError, ValueError) as error:
             outcome = Outcome(error=StepFailed(f'its value cannot be kept: {error}'))
-            entry = ended_entry(history.number, history.key, outcome)
+            entry = make_end_entry(history.number, history.key, outcome)
         await self.write(entry)
         return outcome
 

@@ -90,7 +90,7 @@ class Runner:
             if self._one_at_a_time:
                 self._turns = Turns()
                 stack.push_async_callback(self._turns.close)
-            last = lock.last_seen()
+            last = lock.read_last_seen()
             for row in await writer.run(store.missions):
                 if row.state.is_open:
                     await self._take_up(row, last)
@@ -201,7 +201,7 @@ class Runner:
                 raise MissionIdTaken(
                     f"mission '{id_}' is {known.name}{known.arguments}, begun before: choose another id"
                 )
-            return await self._known_run(known, definition)
+            return await self._find_run(known, definition)
         now = self._machine.wall()
         row = MissionRow(
             id_,
@@ -257,7 +257,7 @@ class Runner:
         except (JournalError, MissionIdTaken) as error:
             self._node.logger.error(f"The schedule '{title}' has not started its mission: {error}")
 
-    async def _known_run(self, row: MissionRow, definition: Definition) -> MissionRun:
+    async def _find_run(self, row: MissionRow, definition: Definition) -> MissionRun:
         run = self._runs.get(row.id)
         if run is None:
             writer = self._open_writer()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.observe.clock import wall_offset
-from goalwire.observe.goals import Goal, GoalTable, ReportedGoal, reported_goals
+from goalwire.observe.goals import Goal, GoalTable, ReportedGoal, read_reported_goals
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable
@@ -56,7 +56,7 @@ async def _take_statuses(
     statuses: goalwire.Subscription[Any], action: str, goals: GoalTable, hear: Callable[[Goal], object]
 ) -> None:
     async for array in statuses:
-        for goal in goals.take_statuses(action, reported_goals(array), monotonic(), wall_offset()):
+        for goal in goals.take_statuses(action, read_reported_goals(array), monotonic(), wall_offset()):
             hear(goal)
 
 
@@ -68,14 +68,16 @@ async def _take_feedback(
         hear(goals.take_feedback(action, goal_id, message.feedback, monotonic()))
 
 
-async def ended_goals(node: goalwire.Node, action: str, since: float) -> AsyncGenerator[ReportedGoal, None]:
+async def watch_ended_goals(
+    node: goalwire.Node, action: str, since: float
+) -> AsyncGenerator[ReportedGoal, None]:
     """Yield each goal of an action that ends from now on, or was accepted after `since` (in s since 1970)."""
     statuses = _statuses(node, action, depth=100)
     running: set[str] = set()
     told: set[str] = set()
     try:
         async for array in statuses:
-            goals = reported_goals(array)
+            goals = read_reported_goals(array)
             told &= {goal.goal_id for goal in goals}  # the server has forgotten the others
             for goal in goals:
                 if goal.is_active:
@@ -88,7 +90,7 @@ async def ended_goals(node: goalwire.Node, action: str, since: float) -> AsyncGe
         statuses.close()
 
 
-async def known_goals(node: goalwire.Node, action: str, patience: float) -> list[ReportedGoal]:
+async def fetch_known_goals(node: goalwire.Node, action: str, patience: float) -> list[ReportedGoal]:
     """Return the goals that the server of an action knows; a server that had no goal yet reports none.
 
     Waits `patience` s at most for the server's report.
@@ -98,7 +100,7 @@ async def known_goals(node: goalwire.Node, action: str, patience: float) -> list
         with suppress(TimeoutError):
             async with asyncio.timeout(patience):
                 async for array in statuses:
-                    return reported_goals(array)
+                    return read_reported_goals(array)
     finally:
         statuses.close()
     return []

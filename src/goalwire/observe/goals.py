@@ -37,7 +37,7 @@ class ReportedGoal(NamedTuple):
         return self.status in ACTIVE
 
 
-def reported_goals(array: Any) -> list[ReportedGoal]:
+def read_reported_goals(array: Any) -> list[ReportedGoal]:
     """Return the goals of an action_msgs/msg/GoalStatusArray, in the order of their acceptance."""
     return [
         ReportedGoal(

@@ -54,6 +54,6 @@ class Latencies:
         return found
 
 
-def shown_seconds(seconds: float) -> str:
+def show_seconds(seconds: float) -> str:
     """Return a duration as text for people, in ms or s."""
     return f'{seconds * 1000:.3g} ms' if seconds < 1 else f'{seconds:.3g} s'

@@ -54,10 +54,10 @@ class Progress:
         if self._first is None:
             self._first = number
         if not self._falls:
-            return _bound(number / self._most)
+            return _limit(number / self._most)
         if not self._saw_start:
             return None
-        return _bound(1 - number / self._first) if self._first > 0 else 1.0
+        return _limit(1 - number / self._first) if self._first > 0 else 1.0
 
     def _number(self, feedback: Any) -> float:
         value, path = feedback, '.'.join(self._path)
@@ -94,6 +94,6 @@ def _tells_what_remains(name: str) -> bool:
     return 'remaining' in name or name.endswith(('_left', 'to_go'))
 
 
-def _bound(number: float) -> float:
+def _limit(number: float) -> float:
     """Limit a number to the range from 0 to 1; NaN, which a peer may send, becomes 0."""
     return min(max(number, 0.0), 1.0) if number == number else 0.0  # noqa: PLR0124

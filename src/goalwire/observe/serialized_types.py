@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from goalwire.entities.type_support import MessageSupport, named_message_support
+from goalwire.entities.type_support import MessageSupport, find_message_support
 from goalwire.graph.graph import Graph
 from goalwire.transport.contract import EndpointKind
 
 
-def serialized_type(graph: Graph, topic: str, type_name: str) -> MessageSupport:
+def find_serialized_type(graph: Graph, topic: str, type_name: str) -> MessageSupport:
     """Return the type support for a raw subscription to the type 'pkg/msg/Name', which may be unknown
     here.
 
@@ -17,5 +17,5 @@ def serialized_type(graph: Graph, topic: str, type_name: str) -> MessageSupport:
     for kind in (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION):
         for each in graph.entities(kind, topic):
             if each.type_name == type_name and each.type_hash:
-                return named_message_support(type_name, each.type_hash)
-    return named_message_support(type_name)
+                return find_message_support(type_name, each.type_hash)
+    return find_message_support(type_name)

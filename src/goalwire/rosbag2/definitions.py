@@ -7,7 +7,7 @@ decode them. For such a type rosbag2 stores the whole .srv, which readers of mes
 
 from __future__ import annotations
 
-from goalwire.cdr.type_hash import referenced, type_hash
+from goalwire.cdr.type_hash import find_referenced, type_hash
 from goalwire.errors import InterfaceError
 from goalwire.idl.model import Definition, MessageDefinition
 from goalwire.idl.registry import definition_text
@@ -26,7 +26,7 @@ def schema_of(type_name: str) -> tuple[Schema, str]:
     try:
         root = definition_by_name(type_name)
         parts = [_text_of(root)]
-        for part in referenced(root):
+        for part in find_referenced(root):
             package, _, name = part.full_name.split('/')
             parts.append(f'{_RULE}\nMSG: {package}/{name}\n{_text_of(part)}')
         return Schema(ENCODING, '\n'.join(parts)), type_hash(type_name)

@@ -23,7 +23,7 @@ from mcap.records import Schema as SchemaRecord
 from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
 
 from goalwire.errors import BagError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.rosbag2.mcap_writer import METADATA_KEY, METADATA_NAME
 from goalwire.rosbag2.metadata import qos_of_text
 from goalwire.rosbag2.model import Message, Schema, Topic
@@ -103,7 +103,7 @@ class McapReader:
 
     def _read_magic(self) -> None:
         if self._file.read(len(_MAGIC)) != _MAGIC:
-            raise BagError(f'{shown(self.path)}: it is no MCAP file, or its first bytes are lost')
+            raise BagError(f'{show(self.path)}: it is no MCAP file, or its first bytes are lost')
 
     def _read_summary(self) -> bool:
         """Read the file's summary; False if it is missing, incomplete or broken."""
@@ -287,14 +287,14 @@ class McapReader:
 
     def _messages_of(self, span: Span) -> Iterator[tuple[int, Message]]:
         try:
-            yield from self._decoded(self._at(span.offset, span.length))
+            yield from self._decode(self._at(span.offset, span.length))
         except _BROKEN as error:
             raise BagError(
-                f'{shown(self.path)}: the bytes from {span.offset:,} on are broken ({error}); '
+                f'{show(self.path)}: the bytes from {span.offset:,} on are broken ({error}); '
                 f'see: ros2 bag check, ros2 bag repair'
             ) from error
 
-    def _decoded(self, data: bytes) -> Iterator[tuple[int, Message]]:
+    def _decode(self, data: bytes) -> Iterator[tuple[int, Message]]:
         names = self._names
         for opcode, body in _records(memoryview(data)):
             if opcode == Opcode.CHUNK:
@@ -321,7 +321,7 @@ class McapReader:
                 for _, message in self._messages_of(span):
                     found[message.topic] += 1
             except BagError as error:
-                yield str(error).removeprefix(f'{shown(self.path)}: ').partition('; see:')[0]
+                yield str(error).removeprefix(f'{show(self.path)}: ').partition('; see:')[0]
         for topic in self.topics:
             if found[topic.name] != self.counts[topic.name]:
                 told = self.counts[topic.name]

@@ -113,7 +113,7 @@ class McapWriter:
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, 'O_CLOEXEC', 0) | getattr(os, 'O_BINARY', 0)
         self._descriptor = os.open(path, flags, 0o644)
         try:
-            self._append([library.MCAP0_MAGIC, _encoded(Header(PROFILE, 'goalwire'))])
+            self._append([library.MCAP0_MAGIC, _encode(Header(PROFILE, 'goalwire'))])
         except BaseException:
             os.close(self._descriptor)
             raise
@@ -135,7 +135,7 @@ class McapWriter:
                 encoding=topic.schema.encoding,
                 data=topic.schema.text.encode(),
             )
-            self._schema_records.append(_encoded(schema))
+            self._schema_records.append(_encode(schema))
             self._unwritten.append(self._schema_records[-1])
         number = self._channels[topic.name] = len(self._channels) + 1
         channel = Channel(
@@ -145,7 +145,7 @@ class McapWriter:
             metadata={'offered_qos_profiles': qos_text(topic.qos), 'topic_type_hash': topic.type_hash},
             schema_id=schema_id,
         )
-        self._channel_records.append(_encoded(channel))
+        self._channel_records.append(_encode(channel))
         self._unwritten.append(self._channel_records[-1])
 
     def write(self, message: Message) -> None:
@@ -294,25 +294,25 @@ class McapWriter:
             compressed_size=stored,
             uncompressed_size=size,
         )
-        self._chunks.append(_Chunk(offset, _encoded(index), counts))
+        self._chunks.append(_Chunk(offset, _encode(index), counts))
 
     # -- the end of the file: summary and footer -------------------------------------------------------------
 
     def _write_end(self, metadata: str) -> None:
         """Write metadata, summary and footer behind the data; the next chunk overwrites them."""
-        record = _encoded(Metadata(name=METADATA_NAME, metadata={METADATA_KEY: metadata}))
+        record = _encode(Metadata(name=METADATA_NAME, metadata={METADATA_KEY: metadata}))
         before = [*self._unwritten]
         offset = self._data_end + sum(map(len, before))
-        before += [record, _encoded(DataEnd(0))]
+        before += [record, _encode(DataEnd(0))]
         summary_start = self._data_end + sum(map(len, before))
         groups = [
             (Opcode.SCHEMA, self._schema_records),
             (Opcode.CHANNEL, self._channel_records),
-            (Opcode.STATISTICS, [_encoded(self._statistics())]),
+            (Opcode.STATISTICS, [_encode(self._statistics())]),
             (Opcode.CHUNK_INDEX, [chunk.summary for chunk in self._chunks]),
             (
                 Opcode.METADATA_INDEX,
-                [_encoded(MetadataIndex(offset=offset, length=len(record), name=METADATA_NAME))],
+                [_encode(MetadataIndex(offset=offset, length=len(record), name=METADATA_NAME))],
             ),
         ]
         summary, offsets, at = [], [], summary_start
@@ -320,7 +320,7 @@ class McapWriter:
             group = b''.join(records)
             if group:
                 offsets.append(
-                    _encoded(SummaryOffset(group_opcode=opcode, group_start=at, group_length=len(group)))
+                    _encode(SummaryOffset(group_opcode=opcode, group_start=at, group_length=len(group)))
                 )
             summary.append(group)
             at += len(group)
@@ -330,7 +330,7 @@ class McapWriter:
             checksum = zlib.crc32(part, checksum)
         checksum = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, 20, summary_start, at), checksum)
         footer = Footer(summary_start=summary_start, summary_offset_start=at, summary_crc=checksum)
-        parts = [*before, *summary, _encoded(footer), library.MCAP0_MAGIC]
+        parts = [*before, *summary, _encode(footer), library.MCAP0_MAGIC]
         data_end = self._data_end
         self._append(parts)
         self._end_size, self._since_end = self._data_end - data_end, 0
@@ -372,7 +372,7 @@ class McapWriter:
         self._data_end, self._has_end = size, False
 
 
-def _encoded(record: McapRecord) -> bytes:
+def _encode(record: McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     data: bytes = builder.end()  # type: ignore[no-untyped-call]

@@ -13,7 +13,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from goalwire.errors import BagError
-from goalwire.files import read_regular, shown
+from goalwire.files import read_regular, show
 from goalwire.rosbag2.model import BagFacts, FileFacts, Topic
 from goalwire.rules.qos import (
     DurabilityPolicy,
@@ -71,24 +71,24 @@ def bag_text(facts: BagFacts) -> str:
     for topic, count in zip(facts.topics, facts.counts, strict=True):
         lines += [
             '  - topic_metadata:',
-            f'      name: {_quoted(topic.name)}',
-            f'      type: {_quoted(topic.type_name)}',
-            f'      serialization_format: {_quoted(topic.serialization)}',
+            f'      name: {_quote(topic.name)}',
+            f'      type: {_quote(topic.type_name)}',
+            f'      serialization_format: {_quote(topic.serialization)}',
             f'      {_head("offered_qos_profiles", topic.qos)}',
             *(f'        {line}' for line in qos_lines(topic.qos)),
-            f'      type_description_hash: {_quoted(topic.type_hash)}',
+            f'      type_description_hash: {_quote(topic.type_hash)}',
             f'    message_count: {count}',
         ]
     lines += [
-        f'compression_format: {_quoted(facts.compression_format)}',
-        f'compression_mode: {_quoted(facts.compression_mode.upper())}',
+        f'compression_format: {_quote(facts.compression_format)}',
+        f'compression_mode: {_quote(facts.compression_mode.upper())}',
         _head('relative_file_paths', facts.files),
-        *(f'  - {_quoted(file.path)}' for file in facts.files),
+        *(f'  - {_quote(file.path)}' for file in facts.files),
         _head('files', facts.files),
     ]
     for file in facts.files:
         lines += [
-            f'  - path: {_quoted(file.path)}',
+            f'  - path: {_quote(file.path)}',
             '    starting_time:',
             f'      nanoseconds_since_epoch: {file.start}',
             '    duration:',
@@ -96,8 +96,8 @@ def bag_text(facts: BagFacts) -> str:
             f'    message_count: {file.count}',
         ]
     lines.append('custom_data:' if facts.custom_data else 'custom_data: ~')
-    lines += [f'  {_quoted(key)}: {_quoted(value)}' for key, value in facts.custom_data]
-    lines.append(f'ros_distro: {_quoted(facts.ros_distro)}')
+    lines += [f'  {_quote(key)}: {_quote(value)}' for key, value in facts.custom_data]
+    lines.append(f'ros_distro: {_quote(facts.ros_distro)}')
     return '\n'.join(lines) + '\n'
 
 
@@ -136,7 +136,7 @@ def _head(key: str, items: object) -> str:
     return f'{key}:' if items else f'{key}: []'
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     return json.dumps(text)  # each string in JSON is a string in YAML, too
 
 
@@ -158,19 +158,19 @@ def read_metadata(path: str) -> BagFacts:
     except FileNotFoundError:
         raise
     except (OSError, UnicodeDecodeError) as error:
-        raise BagError(f'{shown(path)}: cannot be read: {getattr(error, "strerror", error)}') from error
-    found = _loaded(text, path)
+        raise BagError(f'{show(path)}: cannot be read: {getattr(error, "strerror", error)}') from error
+    found = _load(text, path)
     bag = found.get('rosbag2_bagfile_information') if isinstance(found, dict) else None
     if not isinstance(bag, dict):
-        raise BagError(f"{shown(path)}: it has no 'rosbag2_bagfile_information', so it belongs to no bag")
+        raise BagError(f"{show(path)}: it has no 'rosbag2_bagfile_information', so it belongs to no bag")
     return facts_of(bag, path)
 
 
 def facts_of_text(text: str, source: str) -> BagFacts:
     """Return the facts in the metadata text of an MCAP file; raises BagError."""
-    bag = _loaded(text, source)
+    bag = _load(text, source)
     if not isinstance(bag, dict):
-        raise BagError(f'{shown(source)}: its metadata is not a YAML map')
+        raise BagError(f'{show(source)}: its metadata is not a YAML map')
     return facts_of(bag, source)
 
 
@@ -180,7 +180,7 @@ def facts_of(bag: Mapping[str, Any], source: str) -> BagFacts:
         version = int(bag['version'])
         if version > NEWEST:
             raise BagError(
-                f'{shown(source)}: its metadata has version {version}, and the newest known here is {NEWEST}'
+                f'{show(source)}: its metadata has version {version}, and the newest known here is {NEWEST}'
             )
         entries = bag['topics_with_message_count'] or ()
         start = int(bag['starting_time']['nanoseconds_since_epoch'])
@@ -198,7 +198,7 @@ def facts_of(bag: Mapping[str, Any], source: str) -> BagFacts:
             version=version,
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise BagError(f'{shown(source)}: its metadata is incomplete or broken ({error!r})') from error
+        raise BagError(f'{show(source)}: its metadata is incomplete or broken ({error!r})') from error
 
 
 def qos_of_text(text: str) -> tuple[QoS, ...]:
@@ -276,11 +276,11 @@ def _nanoseconds(given: object) -> int:
     return min(int(given.get('sec') or 0) * _S + int(given.get('nsec') or 0), 2**63 - 1)
 
 
-def _loaded(text: str, source: str) -> Any:
+def _load(text: str, source: str) -> Any:
     try:
         return _yaml(text)
     except ValueError as error:
-        raise BagError(f'{shown(source)}: it is not YAML: {error}') from error
+        raise BagError(f'{show(source)}: it is not YAML: {error}') from error
 
 
 def _yaml(text: str) -> Any:

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Protocol
 
 from goalwire.errors import BagError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.records import replace
 from goalwire.rosbag2.metadata import facts_of_text, read_metadata
 from goalwire.rosbag2.model import (
@@ -67,7 +67,7 @@ def open_file(path: str) -> FileReader:
         from goalwire.rosbag2.sqlite_reader import SqliteReader
 
         return SqliteReader(path)
-    raise BagError(f'{shown(path)}: a file of a bag ends with {" or ".join(SUFFIXES)}')
+    raise BagError(f'{show(path)}: a file of a bag ends with {" or ".join(SUFFIXES)}')
 
 
 def missing_extra(error: ModuleNotFoundError) -> BagError:
@@ -94,7 +94,7 @@ class Reader:
             folder, names, told = (self.path, list(files), None) if files else _find(self.path)
             for name in names:
                 self._open(folder, name)
-            told = told or self._embedded()
+            told = told or self._read_embedded()
             self._compression = told.compression_mode if told else ''
             self._unpack = _message_unpacker() if self._compression == 'message' else None
             self.facts = self._gather(told, names)
@@ -105,11 +105,11 @@ class Reader:
     def _open(self, folder: str, name: str) -> None:
         path = os.path.join(folder, name)
         if Path(name).suffix in {'.zstd', '.zst'}:
-            path = self._unpacked(path)
+            path = self._unpack_file(path)
         file = self._files[name] = open_file(path)
         self._resources.callback(file.close)
 
-    def _unpacked(self, path: str) -> str:
+    def _unpack_file(self, path: str) -> str:
         """Return the path of an unpacked copy of a compressed file; `close` removes the copy."""
         try:
             import zstandard
@@ -121,10 +121,10 @@ class Reader:
             try:
                 shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(packed), file)
             except zstandard.ZstdError as error:
-                raise BagError(f'{shown(path)}: it cannot be unpacked ({error})') from error
+                raise BagError(f'{show(path)}: it cannot be unpacked ({error})') from error
         return unpacked
 
-    def _embedded(self) -> BagFacts | None:
+    def _read_embedded(self) -> BagFacts | None:
         """Return the metadata that the last file with readable metadata contains; None if no file has any."""
         for name, file in reversed(self._files.items()):
             if file.metadata:
@@ -240,7 +240,7 @@ class Reader:
             return message._replace(data=self._unpack(message.data))
         except ValueError as error:
             raise BagError(
-                f"{shown(self.path)}: a message of '{message.topic}' cannot be unpacked ({error})"
+                f"{show(self.path)}: a message of '{message.topic}' cannot be unpacked ({error})"
             ) from error
 
     def decoded(
@@ -315,7 +315,7 @@ def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
     """
     if not os.path.isdir(path):
         if not os.path.exists(path):
-            raise FileNotFoundError(f"there is no bag '{shown(path)}'")
+            raise FileNotFoundError(f"there is no bag '{show(path)}'")
         return os.path.dirname(path), [os.path.basename(path)], None
     there = os.listdir(path)
     stored = stored_files(path)
@@ -324,13 +324,13 @@ def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
         told = read_metadata(os.path.join(path, METADATA_FILE))
         missing = [file.path for file in told.files if file.path not in there]
         if missing:
-            raise BagError(f"{shown(path)}: its file '{shown(missing[0])}' is missing; see: ros2 bag reindex")
+            raise BagError(f"{show(path)}: its file '{show(missing[0])}' is missing; see: ros2 bag reindex")
         # A recorder that was killed may have begun a file that the metadata does not name yet.
         named = [file.path for file in told.files]
         stored = named + [name for name in stored if name not in named and _follows(name, named)]
     if not stored:
         raise BagError(
-            f'{shown(path)}: no bag is there: a bag has files that end with {" or ".join(SUFFIXES)}'
+            f'{show(path)}: no bag is there: a bag has files that end with {" or ".join(SUFFIXES)}'
         )
     return path, stored, told
 

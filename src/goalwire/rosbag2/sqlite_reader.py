@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from goalwire.errors import BagError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.rosbag2.metadata import qos_of_text
 from goalwire.rosbag2.model import Message, Schema, Topic
 
@@ -40,29 +40,29 @@ class SqliteReader:
             # for writing.
             self._database = sqlite3.connect(f'{place}?mode=rw', uri=True)
         except sqlite3.Error:
-            self._database = self._opened(f'{place}?immutable=1')
+            self._database = self._open(f'{place}?immutable=1')
         try:
             self._read()
         except sqlite3.OperationalError as error:  # the folder may be read-only
             self._database.close()
-            self._database = self._opened(f'{place}?immutable=1')
+            self._database = self._open(f'{place}?immutable=1')
             try:
                 self._read()
             except _BROKEN:
                 self._database.close()
-                raise self._broken(error) from error
+                raise self._make_error(error) from error
         except _BROKEN as error:
             self._database.close()
-            raise self._broken(error) from error
+            raise self._make_error(error) from error
 
-    def _opened(self, place: str) -> sqlite3.Connection:
+    def _open(self, place: str) -> sqlite3.Connection:
         try:
             return sqlite3.connect(place, uri=True)
         except sqlite3.Error as error:
-            raise self._broken(error) from error
+            raise self._make_error(error) from error
 
-    def _broken(self, error: Exception) -> BagError:
-        return BagError(f'{shown(self.path)}: it cannot be read as a sqlite3 bag ({error})')
+    def _make_error(self, error: Exception) -> BagError:
+        return BagError(f'{show(self.path)}: it cannot be read as a sqlite3 bag ({error})')
 
     @property
     def count(self) -> int:
@@ -128,7 +128,7 @@ class SqliteReader:
             for number, time, data in self._database.execute(query + 'ORDER BY timestamp, id', values):
                 yield Message(self._numbers[number], time, data, time)
         except sqlite3.Error as error:
-            raise self._broken(error) from error
+            raise self._make_error(error) from error
 
     def check(self) -> Iterator[str]:
         """Read every byte of the file, and yield a text for each fault."""

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.errors import BagError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.rosbag2.definitions import schema_of
 from goalwire.rosbag2.metadata import bag_text, write_metadata
 from goalwire.rosbag2.model import METADATA_FILE, BagFacts, FileFacts, Message, Schema, Topic, span_of
@@ -115,7 +115,7 @@ class Writer:
         try:
             os.makedirs(self.path)
         except FileExistsError:
-            raise BagError(f"'{shown(self.path)}' exists already; choose another folder") from None
+            raise BagError(f"'{show(self.path)}' exists already; choose another folder") from None
         self._file = self._next_file()
         self._write_metadata()
 
@@ -181,7 +181,7 @@ class Writer:
                 if self._has_new_topics:
                     self._write_metadata()  # other threads read the file of metadata
         except OSError as error:
-            raise self._failed(error) from error
+            raise self._make_error(error) from error
 
     def _store(self, message: Message) -> None:
         if self._compress is not None:
@@ -203,7 +203,7 @@ class Writer:
             self._file.flush(bag_text(self._facts()))
             self._write_metadata()
         except OSError as error:
-            raise self._failed(error) from error
+            raise self._make_error(error) from error
 
     def sync(self) -> None:
         """Have the system write flushed data and closed files to the disk. Callable from any thread."""
@@ -224,7 +224,7 @@ class Writer:
             self._remove_oldest()
             self._write_metadata()
         except OSError as error:
-            raise self._failed(error) from error
+            raise self._make_error(error) from error
         if self.on_split is not None:
             self.on_split(closed, self._file.path)
 
@@ -238,10 +238,10 @@ class Writer:
             self._write_metadata()
             self.sync()
         except OSError as error:
-            raise self._failed(error) from error
+            raise self._make_error(error) from error
 
-    def _failed(self, error: OSError) -> BagError:
-        return BagError(f"the bag '{shown(self.path)}' cannot be written: {error.strerror or error}")
+    def _make_error(self, error: OSError) -> BagError:
+        return BagError(f"the bag '{show(self.path)}' cannot be written: {error.strerror or error}")
 
     # -- files -----------------------------------------------------------------------------------------------
 
@@ -258,7 +258,7 @@ class Writer:
             path = file.path
             counts, self._counts, self._has_file = dict(self._counts), defaultdict(int), False
             if self._compress_files:
-                path = _compressed(path)
+                path = _compress_closed(path)
             facts = _facts_of(file, path)
             self._closed.append((facts, counts))
             self._unsynced.append(path)
@@ -350,7 +350,7 @@ def _message_compressor() -> Callable[[bytes], bytes]:
     return zstandard.ZstdCompressor().compress
 
 
-def _compressed(path: str) -> str:
+def _compress_closed(path: str) -> str:
     """Compress a closed file, and return the path of the compressed file."""
     import zstandard
 

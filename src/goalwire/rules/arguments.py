@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.logging.record import LoggingSeverity
 from goalwire.records import record
 from goalwire.rules.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
@@ -34,7 +34,7 @@ class UnknownArguments(ArgumentError):
 
     def __init__(self, arguments: Sequence[str]) -> None:
         self.arguments = tuple(arguments)
-        super().__init__(str([shown(argument, _LONGEST_SHOWN) for argument in arguments]))
+        super().__init__(str([show(argument, _LONGEST_SHOWN) for argument in arguments]))
 
 
 @record
@@ -294,12 +294,12 @@ def _require(text: str | None, complaint: str) -> str:
 def _assignment_hint(flag: str, text: str) -> str:
     """Return a hint on how to write a rule whose `:=` or value is missing; '' if neither is missing."""
     if text.endswith(':='):
-        return f"; what stands behind := is missing (write '{flag} {shown(text, _LONGEST_SHOWN)}…')"
+        return f"; what stands behind := is missing (write '{flag} {show(text, _LONGEST_SHOWN)}…')"
     if ':=' in text:
         return ''
     name, sign, value = text.partition('=') if '=' in text else text.partition(':')
     wanted = f'{name.strip()}:={value.strip()}' if sign else f'{name}:=…'
-    return f"; write '{flag} {shown(wanted, _LONGEST_SHOWN)}', with :="
+    return f"; write '{flag} {show(wanted, _LONGEST_SHOWN)}', with :="
 
 
 @contextmanager
@@ -308,5 +308,5 @@ def _saying(what: str, hint: str = '') -> Iterator[None]:
     try:
         yield
     except RuleSyntaxError as error:
-        text = f"Couldn't parse {shown(what, _LONGEST_SHOWN)}. Error: {shown(str(error), _LONGEST_SHOWN)}"
+        text = f"Couldn't parse {show(what, _LONGEST_SHOWN)}. Error: {show(str(error), _LONGEST_SHOWN)}"
         raise ArgumentError(f'{text}{hint}') from error

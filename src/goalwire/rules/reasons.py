@@ -25,29 +25,29 @@ _REJECTED = 'rejected: '
 _DENIED = 'denied: '
 
 
-def refused(problem: str) -> str:
+def explain_refusal(problem: str) -> str:
     """Return the reason for refusing a request because the server is overloaded."""
     return peer_text(_REFUSED + problem)
 
 
-def rejected(error: Exception) -> str:
+def explain_rejection(error: Exception) -> str:
     """Return the reason for rejecting a request that cannot be decoded."""
     return peer_text(f'{_REJECTED}{error}')
 
 
-def denied(rule: str) -> str:
+def explain_denial(rule: str) -> str:
     """Return the reason for a request that the server's policy denies, by the policy's line `rule`."""
     return peer_text(_DENIED + rule)
 
 
-def failed(error: BaseException) -> str:
+def explain_failure(error: BaseException) -> str:
     """Return the reason if a service callback raised `error`: its type and text, without a traceback."""
     if not isinstance(error, Exception):
         return STOPPED
-    return peer_text(f'its callback failed: {described(error)}')
+    return peer_text(f'its callback failed: {describe_error(error)}')
 
 
-def described(error: BaseException) -> str:
+def describe_error(error: BaseException) -> str:
     """Return the type and the text of an error in one line."""
     kind, text = type(error).__name__, str(error)
     return f'{kind}: {text}' if text else kind

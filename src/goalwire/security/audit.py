@@ -53,7 +53,7 @@ def put_aside(path: Path) -> dict[int, Path]:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
+def _open_locked(path: Path) -> Iterator[BinaryIO]:
     """Open a log with an exclusive lock: several programs may have one identity."""
     path.parent.mkdir(FOLDER, exist_ok=True)
     while True:
@@ -81,7 +81,7 @@ def _is_at(stream: BinaryIO, path: Path) -> bool:
 def append(path: Path, *entries: Mapping[str, str]) -> None:
     """Write entries, each with the hash of the line before it, and bring them to the disk. Raises OSError."""
     while True:
-        with _opened(path) as log:
+        with _open_locked(path) as log:
             if log.seek(0, os.SEEK_END) < PUT_ASIDE_AT:
                 _write(log, path, entries)
                 return

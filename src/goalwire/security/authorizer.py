@@ -20,7 +20,7 @@ from goalwire.security.moving import MOVES, Entry, Streams, write_entry
 from goalwire.security.needs import Permission
 from goalwire.security.policy import STOP, Decision, Policy, Verb
 from goalwire.security.policy_file import load_policy
-from goalwire.security.revocation import load_revoked, why_refused
+from goalwire.security.revocation import load_revocations, why_refused
 from goalwire.security.tokens import Token, find_token, load_tokens, tokens_path
 
 LOGGER = 'goalwire.security'
@@ -56,7 +56,7 @@ class Authorizer:
         self._files = (*self._paths, tokens_path(chosen.folder))
         self._seen = look_at(self._files)
         self._policy = load_policy(self._paths[0])
-        self._revoked = load_revoked(self._paths[1])
+        self._revoked = load_revocations(self._paths[1])
         self._tokens: tuple[Token, ...] = load_tokens(chosen.folder)
         self._streams = Streams(self._put)
         # One thread writes the audit log, so that no act waits for the disk, and least of all a stop.
@@ -208,7 +208,7 @@ class Authorizer:
         try:
             self._policy, self._revoked, self._tokens = (
                 load_policy(self._paths[0]),
-                load_revoked(self._paths[1]),
+                load_revocations(self._paths[1]),
                 load_tokens(self.identity.folder),
             )
         except SecurityError as error:

@@ -55,17 +55,17 @@ class Refusals:
         with self._lock:
             acts = self._acts.setdefault(who, _Acts())
             acts.reason, acts.latest = reason, monotonic()
-            acts.counts.setdefault(self._known(acts, act), 0)
+            acts.counts.setdefault(self._limit(acts, act), 0)
 
     def count(self, who: str, act: str) -> None:
         """Count an act that was refused."""
         with self._lock:
             acts = self._acts.setdefault(who, _Acts())
-            acts.counts[self._known(acts, act)] += 1
+            acts.counts[self._limit(acts, act)] += 1
             acts.latest = monotonic()
 
     @staticmethod
-    def _known(acts: _Acts, act: str) -> str:
+    def _limit(acts: _Acts, act: str) -> str:
         return act if act in acts.counts or len(acts.counts) < MOST_ACTS else OTHERS
 
     def report(self) -> list[RefusedActs]:

@@ -38,7 +38,7 @@ def renew_if_due(chosen: Chosen, keep: Callable[[ssl.SSLSocket], None]) -> float
     if time() < (due := _due(keystore, name)):
         return due
     # Other programs of this identity may renew the certificate at the same time: the second finds it renewed.
-    with storage.locked(keystore.path / 'identities' / f'.{name}.lock'):
+    with storage.hold_lock(keystore.path / 'identities' / f'.{name}.lock'):
         if time() >= _due(keystore, name):
             _renew(keystore, name, keep)
     return _due(keystore, name)

@@ -38,7 +38,7 @@ def read_revoked(text: str) -> dict[str, datetime]:
     return revoked
 
 
-def load_revoked(path: Path) -> dict[str, datetime]:
+def load_revocations(path: Path) -> dict[str, datetime]:
     """Read the list from its file. Raises SecurityError."""
     try:
         return read_revoked(read_regular(os.fspath(path), LARGEST).decode())

@@ -64,7 +64,7 @@ def replace(path: Path, data: bytes, mode: int = PRIVATE) -> None:
 
 
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
+def hold_lock(path: Path) -> Iterator[None]:
     """Lock `path` for the block, against other processes. The file is made if it is not there."""
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT, PRIVATE)
     with os.fdopen(descriptor, 'r+b') as stream:

@@ -74,7 +74,7 @@ def make_token(folder: Path, name: str, life: timedelta = LIFE) -> str:
     """
     text = new_token()
     now = datetime.now(UTC).replace(microsecond=0)
-    with storage.locked(folder / '.tokens.lock'):
+    with storage.hold_lock(folder / '.tokens.lock'):
         known = [each for each in load_tokens(folder) if each.ends > now]
         _write(folder, [*known, Token(name, _hash(text), now, now + life)])
     return text
@@ -82,7 +82,7 @@ def make_token(folder: Path, name: str, life: timedelta = LIFE) -> str:
 
 def delete_tokens(folder: Path, name: str) -> int:
     """Delete all tokens of a name from a keystore, and return their number. Raises SecurityError."""
-    with storage.locked(folder / '.tokens.lock'):
+    with storage.hold_lock(folder / '.tokens.lock'):
         known = load_tokens(folder)
         kept = [each for each in known if each.name != name]
         if len(kept) != len(known):

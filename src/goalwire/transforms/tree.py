@@ -228,9 +228,9 @@ class TransformTree:
         try:
             meeting = self._climb(mine, target, time, until=above)
         except ExtrapolationException as error:
-            raise _between(error, target, source) from None
+            raise _make_error(error, target, source) from None
         if meeting not in above:
-            raise _describe_gap(target, source) if stopped is None else _between(stopped, target, source)
+            raise _describe_gap(target, source) if stopped is None else _make_error(stopped, target, source)
         return mine[meeting].inverse().after(above[meeting])
 
     def _climb(
@@ -300,7 +300,7 @@ def _check(parent: str, child: str, motion: Rigid, authority: str) -> None:
         )
 
 
-def _between(error: ExtrapolationException, target: str, source: str) -> ExtrapolationException:
+def _make_error(error: ExtrapolationException, target: str, source: str) -> ExtrapolationException:
     return ExtrapolationException(
         f'{error}, when looking up transform from frame [{source}] to frame [{target}]'
     )

@@ -27,14 +27,14 @@ def available() -> set[str]:
     return set(_MODULES)
 
 
-def selected_identifier() -> str:
+def select_identifier() -> str:
     """Return the value of RMW_IMPLEMENTATION, or the default."""
     return os.environ.get('RMW_IMPLEMENTATION') or DEFAULT
 
 
 def get(identifier: str | None = None) -> Transport:
     """Return a transport by its identifier; raises TransportError for an unknown one."""
-    identifier = identifier or selected_identifier()
+    identifier = identifier or select_identifier()
     if identifier not in _loaded:
         try:
             module = import_module(_MODULES[identifier])

@@ -11,9 +11,9 @@ from geometry_msgs.msg import PoseStamped
 from goalwire.apps.console.state.form_model import (
     FormField,
     check,
-    completed,
+    complete,
     defaults_of,
-    filled,
+    fill,
     form_of,
     list_text,
     parse_list,
@@ -153,9 +153,9 @@ def test_defaults_are_the_messages_own_and_headers_are_stamped_when_sent() -> No
     values = check(fields, defaults_of(fields, PoseStamped()))
     assert values['header']['stamp'] == 'now'
     assert values['pose']['orientation']['w'] == 1.0
-    message = filled(PoseStamped, values, Time(sec=7))
+    message = fill(PoseStamped, values, Time(sec=7))
     assert message.header.stamp == Time(sec=7)
-    assert filled(PoseStamped, without_defaults(values, values), Time()) == PoseStamped()
+    assert fill(PoseStamped, without_defaults(values, values), Time()) == PoseStamped()
 
 
 def test_yaml_and_back() -> None:
@@ -193,7 +193,7 @@ def test_a_list_of_texts_is_read_as_it_was_written(texts: list[str]) -> None:
 
 def test_what_is_not_given_is_the_default_in_items_too() -> None:
     defaults = {field.name: '' for field in FIELDS} | {'part': {'size': 0.5}}
-    whole = completed(FIELDS, {'parts': [{'size': 2.0}, {}], 'small': 3}, defaults)
+    whole = complete(FIELDS, {'parts': [{'size': 2.0}, {}], 'small': 3}, defaults)
     assert whole['parts'] == [{'size': 2.0}, {'size': 0.0}]
     assert (whole['small'], whole['part'], whole['name']) == (3, {'size': 0.5}, '')
     whole['part']['size'] = 1.0

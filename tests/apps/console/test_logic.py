@@ -21,7 +21,7 @@ import goalwire
 from goalwire.apps.cli.framework.values import fill, read_values
 from goalwire.apps.console.state.graph_layout import HEIGHT, WIDTH, arrange
 from goalwire.apps.console.state.sending import Target
-from goalwire.apps.console.state.series import Series, as_csv, numbers_in, signed
+from goalwire.apps.console.state.series import Series, as_csv, numbers_in, put_sign
 from goalwire.apps.console.state.snippets import as_command, as_python
 from goalwire.errors import RemoteError
 from goalwire.idl.pictures import as_data_url
@@ -51,7 +51,12 @@ def test_csv_holds_every_value_and_no_formula() -> None:
 
 
 def test_nothing_is_minus_nought() -> None:
-    assert [signed(number) for number in (-0.001, 0.0, -0.006, 1.239)] == ['+0.00', '+0.00', '-0.01', '+1.24']
+    assert [put_sign(number) for number in (-0.001, 0.0, -0.006, 1.239)] == [
+        '+0.00',
+        '+0.00',
+        '-0.01',
+        '+1.24',
+    ]
 
 
 def test_every_number_of_a_message_can_be_plotted() -> None:

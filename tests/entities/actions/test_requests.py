@@ -230,7 +230,7 @@ def test_a_wire_that_refuses_to_ask_again_ends_the_wait(wired: tuple[ActionClien
 def test_a_server_that_gives_up_ends_the_wait(wired: tuple[ActionClientCore, Wire]) -> None:
     client, wire = wired
     result = client.get_result(GOAL_ID)
-    wire.on_end.expect(1)[0](reasons.failed(DeadlineError('mine')))
+    wire.on_end.expect(1)[0](reasons.explain_failure(DeadlineError('mine')))
     assert result.exception() is not None
     assert len(wire.on_end.items) == 1
 

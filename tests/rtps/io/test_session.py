@@ -26,7 +26,7 @@ from goalwire.rtps.io.addresses import (
     GROUP,
     Ports,
     Reach,
-    announced_addresses,
+    choose_announced_addresses,
     data_port,
     discovery_port,
     first_port,
@@ -221,18 +221,18 @@ def test_domains_have_ports_up_to_the_last() -> None:
 
 
 def test_peers_are_announced_to() -> None:
-    found = announced_addresses(0, ('127.0.0.1', '192.0.2.2'), ('192.0.2.7', '192.0.2.8:7999'))
+    found = choose_announced_addresses(0, ('127.0.0.1', '192.0.2.2'), ('192.0.2.7', '192.0.2.8:7999'))
     assert ('127.0.0.1', 7410) in found
     assert ('192.0.2.7', 7472) in found
     assert ('192.0.2.2', 7410) in found
     assert ('192.0.2.8', 7999) in found
     assert len(found) == 97
-    assert announced_addresses(0, (), ('[fd00::7]:7400', 'fd00::8'))[:2] == (
+    assert choose_announced_addresses(0, (), ('[fd00::7]:7400', 'fd00::8'))[:2] == (
         ('fd00::7', 7400),
         ('fd00::8', 7410),
     )
     with pytest.raises(TransportError, match=r"peer 'nowhere\.invalid' is not known"):
-        announced_addresses(0, (), ('nowhere.invalid',))
+        choose_announced_addresses(0, (), ('nowhere.invalid',))
 
 
 @pytest.mark.skipif(not hasattr(os, 'fork'), reason='this system does not fork')

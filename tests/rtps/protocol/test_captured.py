@@ -23,7 +23,7 @@ from goalwire.rtps.protocol.parameters import (
     PARTICIPANT_GUID,
     read_list,
     read_payload,
-    related_sample,
+    read_related_sample,
     status_of,
     write_list,
     write_payload,
@@ -152,7 +152,7 @@ def test_requests_and_replies_name_the_same_sample() -> None:
             for kind, flags, at, end in split(packet.data):
                 body = read_body(kind, packet.data, at, end, flags)
                 if isinstance(body, Data):
-                    related = related_sample(body.qos)
+                    related = read_related_sample(body.qos)
                     assert related is not None
                     assert write_related_sample(related)[-28:] == body.qos[-28:]
                     named[packet.scenario, packet.what] = related

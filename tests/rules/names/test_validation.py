@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalwire.errors import LONGEST_SHOWN, LocalError, pointed
+from goalwire.errors import LONGEST_SHOWN, LocalError, point_at
 from goalwire.rules.names import (
     InvalidName,
     is_hidden_name,
@@ -197,7 +197,7 @@ def test_any_text_is_allowed_or_refused_with_a_place_inside_it(name: str) -> Non
     ],
 )
 def test_of_a_long_name_the_part_around_the_fault_is_shown(name: str, index: int) -> None:
-    text = pointed('topic name', name, 'what is wrong', index)
+    text = point_at('topic name', name, 'what is wrong', index)
     said, shown, pointer = text.splitlines()
     assert said == f'Invalid topic name: what is wrong (it has {len(name):,} characters):'
     assert len(shown) <= LONGEST_SHOWN + 6

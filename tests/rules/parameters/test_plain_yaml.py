@@ -10,7 +10,7 @@ import pytest
 
 from goalwire.errors import FileShapeError
 from goalwire.rules.parameters import Type
-from goalwire.rules.parameters.plain_yaml import flat_values, typed_text, typed_value
+from goalwire.rules.parameters.plain_yaml import flat_values, read_typed_text, read_typed_value
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ from goalwire.rules.parameters.plain_yaml import flat_values, typed_text, typed_
     ],
 )
 def test_text_has_the_type_that_yaml_gives_it(text: str, type_: Type, value: Any) -> None:
-    found = typed_text(text)
+    found = read_typed_text(text)
     assert found == (type_, value)
     assert type(found[1]) is type(value)
 
@@ -46,16 +46,16 @@ def test_text_has_the_type_that_yaml_gives_it(text: str, type_: Type, value: Any
      '2024-01-01', '!!binary aGk=', '[99999999999999999999]', '--- 1\n--- 2'],
 )  # fmt: skip
 def test_text_that_no_parameter_holds_is_a_string_as_it_stands(text: str) -> None:
-    assert typed_text(text) == (Type.STRING, text)
+    assert read_typed_text(text) == (Type.STRING, text)
 
 
 def test_values_of_a_file_keep_their_types() -> None:
-    assert typed_value('a', '1') == (Type.STRING, '1')
-    assert typed_value('a', 1.0e-7) == (Type.DOUBLE, 1e-7)
-    assert typed_value('a', None) == (Type.STRING, 'null')
-    assert typed_value('a', dt.date(2024, 1, 2)) == (Type.STRING, '2024-01-02')
+    assert read_typed_value('a', '1') == (Type.STRING, '1')
+    assert read_typed_value('a', 1.0e-7) == (Type.DOUBLE, 1e-7)
+    assert read_typed_value('a', None) == (Type.STRING, 'null')
+    assert read_typed_value('a', dt.date(2024, 1, 2)) == (Type.STRING, '2024-01-02')
     with pytest.raises(FileShapeError, match=r"^parameter 'a\.b': \[1, 'x'\] is not a value, nor a sequence"):
-        typed_value('a.b', [1, 'x'])
+        read_typed_value('a.b', [1, 'x'])
 
 
 CONTENT = {

@@ -63,20 +63,20 @@ def said(changes: list[Change]) -> list[str]:
 def test_an_endpoint_is_shown_when_its_node_is_told() -> None:
     discovered = met()
     assert discovered.endpoint_came(found(5)) == []
-    assert said(discovered.told(info(node('talker', 5)))) == ['+talker', '+talker/chatter']
+    assert said(discovered.learn(info(node('talker', 5)))) == ['+talker', '+talker/chatter']
 
 
 def test_a_node_may_be_told_before_its_endpoints_are_found() -> None:
     discovered = met()
-    assert said(discovered.told(info(node('talker', 5)))) == ['+talker']
+    assert said(discovered.learn(info(node('talker', 5)))) == ['+talker']
     assert said(discovered.endpoint_came(found(5))) == ['+talker/chatter']
 
 
 def test_the_same_telling_twice_changes_nothing() -> None:
     discovered = met()
-    discovered.told(info(node('talker', 5)))
+    discovered.learn(info(node('talker', 5)))
     discovered.endpoint_came(found(5))
-    assert discovered.told(info(node('talker', 5))) == []
+    assert discovered.learn(info(node('talker', 5))) == []
     assert discovered.endpoint_came(found(5)) == []
 
 
@@ -98,7 +98,7 @@ def test_each_end_of_a_topic_or_service_has_its_kind_and_replies_have_none() -> 
 
 def test_an_endpoint_that_goes_is_hidden_once() -> None:
     discovered = met()
-    discovered.told(info(node('talker', 5)))
+    discovered.learn(info(node('talker', 5)))
     discovered.endpoint_came(found(5))
     assert said(discovered.endpoint_went(gid(5))) == ['-talker/chatter']
     assert discovered.endpoint_went(gid(5)) == []
@@ -106,15 +106,15 @@ def test_an_endpoint_that_goes_is_hidden_once() -> None:
 
 def test_a_node_that_is_told_no_more_is_gone_and_its_endpoints_hidden() -> None:
     discovered = met()
-    discovered.told(info(node('talker', 5), node('other')))
+    discovered.learn(info(node('talker', 5), node('other')))
     discovered.endpoint_came(found(5))
-    assert said(discovered.told(info(node('other')))) == ['-talker/chatter', '-talker']
+    assert said(discovered.learn(info(node('other')))) == ['-talker/chatter', '-talker']
     assert discovered.unclaimed == {gid(5)}
 
 
 def test_a_participant_goes_with_all_it_had() -> None:
     discovered = met()
-    discovered.told(info(node('talker', 5, 6)))
+    discovered.learn(info(node('talker', 5, 6)))
     discovered.endpoint_came(found(5))
     assert sorted(said(discovered.participant_went(PEER))) == ['-talker', '-talker/chatter']
     assert discovered.participant_went(PEER) == []
@@ -124,7 +124,7 @@ def test_a_participant_goes_with_all_it_had() -> None:
 def test_what_a_departed_participant_had_told_brings_it_not_back() -> None:
     discovered = met()
     discovered.participant_went(PEER)
-    assert discovered.told(info(node('talker'))) == []
+    assert discovered.learn(info(node('talker'))) == []
     assert discovered.endpoint_came(found(5)) == []
 
 
@@ -133,7 +133,7 @@ def test_an_endpoint_that_no_node_claims_is_nobodys_after_a_while() -> None:
     discovered.endpoint_came(found(5))
     assert said(discovered.show_unclaimed({gid(5)})) == [f'+{UNKNOWN_NAME}/chatter']
     assert discovered.unclaimed == set()
-    assert said(discovered.told(info(node('talker', 5)))) == [
+    assert said(discovered.learn(info(node('talker', 5)))) == [
         '+talker',
         f'-{UNKNOWN_NAME}/chatter',
         '+talker/chatter',
@@ -159,7 +159,7 @@ def test_the_endpoints_of_a_participant_that_goes_before_it_told_its_nodes_are_t
 def test_what_was_claimed_in_time_is_not_given_up() -> None:
     discovered = met()
     discovered.endpoint_came(found(5))
-    discovered.told(info(node('talker', 5)))
+    discovered.learn(info(node('talker', 5)))
     assert discovered.show_unclaimed({gid(5)}) == []
 
 
@@ -170,19 +170,19 @@ def test_an_endpoint_of_a_participant_without_ros_2_is_nobodys_at_once() -> None
 
 def test_twins_are_recognised_by_their_endpoints() -> None:
     discovered = met()
-    changes = discovered.told(info(node('twin', 5), node('twin', 6)))
+    changes = discovered.learn(info(node('twin', 5), node('twin', 6)))
     first, second = (entity.node_id for _, entity in changes)
     assert first != second
     discovered.endpoint_came(found(6))
-    ((is_there, gone),) = discovered.told(info(node('twin', 6)))
+    ((is_there, gone),) = discovered.learn(info(node('twin', 6)))
     assert (is_there, gone.node_id) == (False, first)
 
 
 def test_an_endpoint_may_move_to_another_node() -> None:
     discovered = met()
-    discovered.told(info(node('one', 5), node('two')))
+    discovered.learn(info(node('one', 5), node('two')))
     discovered.endpoint_came(found(5))
-    assert said(discovered.told(info(node('one'), node('two', 5)))) == ['-one/chatter', '+two/chatter']
+    assert said(discovered.learn(info(node('one'), node('two', 5)))) == ['-one/chatter', '+two/chatter']
 
 
 GID = bytes(range(1, 17))

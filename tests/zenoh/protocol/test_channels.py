@@ -160,10 +160,10 @@ def test_batches_leave_by_priority_and_a_begun_one_is_finished() -> None:
     queue.add(5, (b'data1', b'more1'))
     queue.add(5, (b'data2',))
     assert queue.next_buffers(1) == [b'data1']
-    queue.written(2)
+    queue.note_written(2)
     queue.add(0, (b'control',))
     assert b''.join(bytes(each) for each in queue.next_buffers(9)) == b'ta1more1controldata2'
-    queue.written(queue.size)
+    queue.note_written(queue.size)
     assert not queue
     assert queue.next_buffers(9) == []
 
@@ -179,6 +179,6 @@ def test_everything_queued_is_written_once_in_order(batches: list[tuple[int, byt
     while queue:
         some = b''.join(bytes(each) for each in queue.next_buffers(3))[:step]
         out += some
-        queue.written(len(some))
+        queue.note_written(len(some))
     assert out == b''.join(batch for _, batch in sorted(batches, key=lambda each: each[0]))
     assert queue.size == 0

@@ -65,7 +65,7 @@ def frames(queue: SendQueue) -> Iterator[bytes]:
     data = bytearray()
     while queue:
         some = b''.join(bytes(each) for each in queue.next_buffers(64))
-        queue.written(len(some))
+        queue.note_written(len(some))
         data += some
     while data:
         size = int.from_bytes(data[:2], 'little')

@@ -77,7 +77,7 @@ def test_a_number_that_its_field_does_not_hold_is_refused() -> None:
 
 def test_a_length_beyond_the_message_takes_no_memory() -> None:
     with pytest.raises(ZenohProtocolError, match='4294967295 bytes announced'):
-        Reader(encode_z(2**32 - 1) + b'abc').sized()
+        Reader(encode_z(2**32 - 1) + b'abc').take_sized()
 
 
 def test_a_reader_stops_at_the_end_of_its_message() -> None:

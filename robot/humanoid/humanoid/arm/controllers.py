@@ -22,7 +22,7 @@ from humanoid.arm.limbs import LOST, Limbs
 from humanoid.arm.trajectory import Following, Verdict, refusal
 from humanoid.clock import duration_msg, now, stamp
 from humanoid.emergency.listener import StopListener
-from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
+from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 from humanoid.walking.listener import FallListener
 
@@ -97,7 +97,7 @@ class Controller:
 
     def _judge(self, goal: Any) -> GoalResponse:
         taken = self._limbs.taken - set(self.joints) if self.busy else self._limbs.taken
-        return judged(
+        return judge(
             self._node, lambda: self._stop.refusal or self._fall.refusal or self._refusal(goal, taken)
         )
 

@@ -27,9 +27,9 @@ from humanoid.arm.motion import ArmMotion
 from humanoid.clock import now
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
-from humanoid.emergency.names import latched
-from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
-from humanoid.gestures import STAND, WAVE, Movement, unhurried
+from humanoid.emergency.names import make_latched_qos
+from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
+from humanoid.gestures import STAND, WAVE, Movement, time_unhurried
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
 from humanoid.walking.listener import FallListener
@@ -57,7 +57,7 @@ class ArmActionServer(Node):
         self._fall = FallListener(self, partial(self._end_all, FELL))
         self._diagnostics = Diagnostics(self, 'arms', self._health)
         self._balancing: frozenset[str] = frozenset()  # joints that a walking robot needs for its balance
-        self.create_subscription(String, BALANCING, self._learn, latched())
+        self.create_subscription(String, BALANCING, self._learn, make_latched_qos())
         self._controllers: dict[str, Controller] = {}
         for side in ('left', 'right'):
             arm = [name for name in JOINT_BY_NAME if name.startswith(f'{side}_arm_')]
@@ -98,7 +98,7 @@ class ArmActionServer(Node):
         self.get_logger().info('Arm Action Server ready')
 
     def _judge(self, goal: MoveArm.Goal) -> GoalResponse:
-        response = judged(self, lambda: self._refusal(goal.joint_names, goal.positions, goal.duration))
+        response = judge(self, lambda: self._refusal(goal.joint_names, goal.positions, goal.duration))
         if response is GoalResponse.ACCEPT:
             self.get_logger().info(f'Goal accepted: {", ".join(goal.joint_names)}')
         return response
@@ -151,7 +151,7 @@ class ArmActionServer(Node):
         movement = {name: angle for name, angle in movement.items() if name not in self._balancing}
         names, target = list(movement), list(movement.values())
         unseen = [name for name in names if name not in self._limbs.here]
-        duration = 1.0 if unseen else unhurried(movement, self._limbs.here)
+        duration = 1.0 if unseen else time_unhurried(movement, self._limbs.here)
         if reason := self._refusal(names, target, duration):
             return Ending(End.ABORTED, reason)
         key, reach = uuid4().bytes, Reach(None, names)

@@ -16,7 +16,7 @@ from humanoid.joints.kinematic import Path
 from humanoid.joints.messages import points_of
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
-from humanoid.text import quoted
+from humanoid.text import quote
 
 JUMP = 0.05  # rad: how far a trajectory's first point at time 0 may be from the joint's angle
 LONGEST = 3600.0  # s: a trajectory may end at most this long from now
@@ -44,7 +44,7 @@ def refusal(
         return 'its trajectory has no points'
     for each in (*goal.path_tolerance, *goal.goal_tolerance):
         if each.name not in names:
-            return f'a tolerance names {quoted(each.name)}, which is not a joint of the trajectory'
+            return f'a tolerance names {quote(each.name)}, which is not a joint of the trajectory'
         for bound in (each.position, each.velocity):
             if not math.isfinite(bound):
                 return f'a tolerance of {each.name} is {bound}, not a number'
@@ -71,7 +71,7 @@ def refusal(
 def _other_joints(names: Sequence[str], ours: Sequence[str]) -> str:
     for name in names:
         if name not in ours:
-            return f'{quoted(name)} is not a joint of this controller; it has {", ".join(ours)}'
+            return f'{quote(name)} is not a joint of this controller; it has {", ".join(ours)}'
     missing = [name for name in ours if name not in names]
     if missing:
         return f'it leaves out {", ".join(missing)}: a goal names all joints of its controller'
@@ -121,7 +121,7 @@ class Following:
         self.begins = seconds(trajectory.header.stamp) or now
         self._began = now
         planned = plan(self.names, points_of(trajectory), JOINT_BY_NAME)
-        self._paths = {name: Path.begun(self.begins, here[name], planned[name]) for name in self.names}
+        self._paths = {name: Path.begin(self.begins, here[name], planned[name]) for name in self.names}
         self.ends = self.begins + seconds(trajectory.points[-1].time_from_start)
         late = seconds(goal.goal_time_tolerance)
         self._patience = PATIENCE if late == 0.0 else late if late > 0.0 else LONGEST

@@ -58,7 +58,7 @@ class MotorBoard:
         told = zip(self.positions, self._velocities, self._joints, strict=True)
         return states(
             frame.number, [(at, speed, joint.friction * speed) for at, speed, joint in told]
-        ).encoded()
+        ).encode()
 
     def move(self) -> None:
         """Move the simulated motors on to the present time."""

@@ -29,7 +29,7 @@ class Frame:
     number: int
     payload: bytes
 
-    def encoded(self) -> bytes:
+    def encode(self) -> bytes:
         body = _HEAD.pack(self.kind, self.number, len(self.payload)) + self.payload
         return MAGIC + body + struct.pack('<H', _crc(body))
 

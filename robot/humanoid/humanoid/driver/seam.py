@@ -127,7 +127,7 @@ class DrivenJoints:
             for name, waypoints in plan.items():
                 here = self._readings[name]
                 if waypoints:
-                    self._paths[name] = Path.begun(start, here, waypoints)
+                    self._paths[name] = Path.begin(start, here, waypoints)
                 else:
                     self._paths.pop(name, None)
                     self._targets[name] = here.position

@@ -42,13 +42,13 @@ class SerialMotors:
         self._number = (self._number + 1) % 256
         frame = targets(self._number, {self._index[name]: angle for name, angle in targets_.items()})
         try:
-            left = frame.encoded()
+            left = frame.encode()
             while left:
                 if not select.select([], [line], [], ANSWER_WITHIN)[1]:
                     raise DriverError(f'{self._path} takes no more bytes')
                 left = left[os.write(line, left) :]
         except OSError as error:
-            raise self._lost(error) from error
+            raise self._fail(error) from error
 
     def read(self) -> Mapping[str, JointSample]:
         """Return the answer to the last `write`; late answers to earlier ones are skipped."""
@@ -61,9 +61,9 @@ class SerialMotors:
                     raise DriverError(f'the board at {self._path} does not answer')
                 data = os.read(line, 65536)
             except OSError as error:
-                raise self._lost(error) from error
+                raise self._fail(error) from error
             if not data:
-                raise self._lost(OSError('it is closed at the other end'))
+                raise self._fail(OSError('it is closed at the other end'))
             for frame in self._decoder.feed(data):
                 if (frame.kind, frame.number) == (STATES, self._number):
                     return self._readings(frame)
@@ -101,7 +101,7 @@ class SerialMotors:
         self._why = f'{self._path} {why}'
         return DriverError(self._why)
 
-    def _lost(self, error: OSError) -> DriverError:
+    def _fail(self, error: OSError) -> DriverError:
         self.close()
         self._tried = time.monotonic()
         return self._no_line(f'is lost: {error.strerror or error}')

@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import Bool
 
-from humanoid.emergency.names import ENDED, REFUSAL, STATE, SWITCH, TOLD_EVERY, latched, steady
+from humanoid.emergency.names import ENDED, REFUSAL, STATE, SWITCH, TOLD_EVERY, make_latched_qos, steady
 from humanoid.emergency.votes import Publisher, StopVotes
 from humanoid.graph import full_name, has_service, one_of, publisher_gid
 
@@ -78,7 +78,7 @@ class StopListener:
             self._ignored = node.get_fully_qualified_name()
         # On DDS a transient-local subscription does not match a volatile publisher, so there are two
         # subscriptions. Each publisher is heard by one of them only: two would mix up its messages' order.
-        node.create_subscription(Bool, STATE, self._hear_latched, latched())
+        node.create_subscription(Bool, STATE, self._hear_latched, make_latched_qos())
         node.create_subscription(Bool, STATE, self._hear_volatile, 1)
         node.create_timer(TOLD_EVERY, self._look, clock=steady())
 

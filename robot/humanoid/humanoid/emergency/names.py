@@ -13,7 +13,7 @@ REFUSAL = f'emergency stop: nothing moves until {SWITCH} is called with false'
 ENDED = 'Emergency stop'
 
 
-def latched() -> QoSProfile:
+def make_latched_qos() -> QoSProfile:
     """Return the QoS of the topics that tell the state of the emergency stop."""
     return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -10,7 +10,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from humanoid.emergency.listener import StopListener
-from humanoid.emergency.names import STATE, STATUS, SWITCH, TOLD_EVERY, latched, steady
+from humanoid.emergency.names import STATE, STATUS, SWITCH, TOLD_EVERY, make_latched_qos, steady
 from humanoid.graph import client_nodes, one_of, publisher_gid, publisher_nodes, subscriber_nodes
 from humanoid.text import brief
 
@@ -27,10 +27,10 @@ class StopSwitch:
         self._reason = ''  # why the switch was thrown
         self._by = ''  # the node that has thrown the switch, or a phrase that names the possible nodes
         self._told = DiagnosticStatus()  # the last status
-        self._state = node.create_publisher(Bool, STATE, latched())
-        self._status = node.create_publisher(DiagnosticStatus, STATUS, latched())
-        node.create_service(SetBool, SWITCH, self._asked)
-        node.create_subscription(Bool, SWITCH, self._pressed, 10)
+        self._state = node.create_publisher(Bool, STATE, make_latched_qos())
+        self._status = node.create_publisher(DiagnosticStatus, STATUS, make_latched_qos())
+        node.create_service(SetBool, SWITCH, self._answer)
+        node.create_subscription(Bool, SWITCH, self._on_press, 10)
         self._others = StopListener(node, on_stop, press=self._throw_for_the_lost)
         # The timer, not the constructor, publishes the first state: listeners expect repetitions after it.
         node.create_timer(TOLD_EVERY, self._tell, clock=steady())
@@ -49,7 +49,7 @@ class StopSwitch:
         publisher = self._others.stopped_by
         return f'{publisher.node} says so on {STATE}' if publisher is not None else self._others.why
 
-    def _asked(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    def _answer(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if request.data:
             self._throw()
             self._explain('called the service', client_nodes(self._node, SWITCH))
@@ -60,7 +60,7 @@ class StopSwitch:
             response.message = f'still stopped: {self.reason}' if self.stopped else 'released'
         return response
 
-    def _pressed(self, button: Bool, info: Mapping[str, object]) -> None:
+    def _on_press(self, button: Bool, info: Mapping[str, object]) -> None:
         if button.data:
             self._throw()
             nodes = publisher_nodes(self._node, SWITCH, publisher_gid(info))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from humanoid.model import MOVING_SPEED, JointSpec
-from humanoid.text import quoted
+from humanoid.text import quote
 
 MOST_POINTS = 1000  # in one trajectory
 GREATEST_ACCELERATION = 1e6  # rad/s², m/s²: a larger acceleration could overflow a path's arithmetic
@@ -52,9 +52,9 @@ def plan(
     """
     for name in names:
         if name not in joints:
-            raise CommandRefused(f'unknown joint {quoted(name)}; the robot has {", ".join(sorted(joints))}')
+            raise CommandRefused(f'unknown joint {quote(name)}; the robot has {", ".join(sorted(joints))}')
     if len(set(names)) != len(names):
-        raise CommandRefused(f'a joint is named twice in {quoted(", ".join(names))}')
+        raise CommandRefused(f'a joint is named twice in {quote(", ".join(names))}')
     if len(points) > MOST_POINTS:
         raise CommandRefused(f'{len(points)} points are more than {MOST_POINTS}')
     previous = -math.inf

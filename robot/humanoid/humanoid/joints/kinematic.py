@@ -23,7 +23,7 @@ class Path:
     waypoints: Sequence[Waypoint]
 
     @classmethod
-    def begun(cls, start: float, here: JointSample, waypoints: Sequence[Waypoint]) -> Path:
+    def begin(cls, start: float, here: JointSample, waypoints: Sequence[Waypoint]) -> Path:
         """Return a path from the joint's present state, or from the first waypoint if that has time 0."""
         if waypoints[0].time > 0.0:
             return cls(start, [Waypoint(0.0, here.position, here.velocity), *waypoints])
@@ -84,7 +84,7 @@ class KinematicJoints:
     def follow(self, plan: Plan, start: float) -> None:
         for name, waypoints in plan.items():
             if waypoints:
-                self._paths[name] = Path.begun(start, self._samples[name], waypoints)
+                self._paths[name] = Path.begin(start, self._samples[name], waypoints)
             else:
                 self._paths.pop(name, None)
 

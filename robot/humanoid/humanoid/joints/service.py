@@ -40,7 +40,7 @@ class JointStateService(Node):
         super().__init__('joint_state_service')
         port = self.declare_parameter('serial_port', '').get_parameter_value().string_value
         hold_after = self.declare_parameter('hold_after', HOLD_AFTER).get_parameter_value().double_value
-        self._driven = _driven(port, now(self), hold_after) if port and source is None else None
+        self._driven = _open_driven(port, now(self), hold_after) if port and source is None else None
         source = source or self._driven
         self._source: JointSource = source or KinematicJoints(now=now(self))
         self._trouble: str | None = None
@@ -135,7 +135,7 @@ class JointStateService(Node):
             self._soles[sole].publish(wrench)
 
 
-def _driven(port: str, moment: float, hold_after: float) -> DrivenJoints:
+def _open_driven(port: str, moment: float, hold_after: float) -> DrivenJoints:
     """Open the driver of the motors. Raises DriverError and BadParameter."""
     check_range('hold_after', hold_after, 0.02, LONGEST_HOLD)
     from humanoid.driver.serial import SerialMotors  # imported here: this module exists only on POSIX

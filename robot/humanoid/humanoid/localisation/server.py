@@ -21,16 +21,16 @@ from tf2_ros import TransformBroadcaster
 
 from humanoid.clock import NANOSECONDS, seconds, time_msg
 from humanoid.diagnostics import Diagnostics, Health
-from humanoid.emergency.names import latched
+from humanoid.emergency.names import make_latched_qos
 from humanoid.localisation.matcher import Match, Matcher
 from humanoid.maps import Array, read
 from humanoid.model import DESCRIPTION
 from humanoid.navigation.base import Pose2D, compose, invert
 from humanoid.navigation.goal_check import FRAME
-from humanoid.navigation.messages import placed, target_of
+from humanoid.navigation.messages import place_frame, target_of
 from humanoid.running import BadParameter, check_range, run
 from humanoid.states import tell_state
-from humanoid.text import quoted
+from humanoid.text import quote
 from humanoid.world.file import load
 from humanoid.world.names import BadWorld
 
@@ -54,8 +54,8 @@ class Localiser(Node):
         self._asked: Pose2D | None = None  # from initialpose: the next scan is matched around this pose
         self._match: Match | None = None
         self._transforms = TransformBroadcaster(self)
-        self._pose = self.create_publisher(PoseWithCovarianceStamped, 'amcl_pose', latched())
-        self.create_subscription(OccupancyGrid, 'map', self._take_map, latched())
+        self._pose = self.create_publisher(PoseWithCovarianceStamped, 'amcl_pose', make_latched_qos())
+        self.create_subscription(OccupancyGrid, 'map', self._take_map, make_latched_qos())
         self.create_subscription(Odometry, 'odom', self._hear_odometry, 50)
         self.create_subscription(LaserScan, 'scan', self._hear_scan, qos_profile_sensor_data)
         self.create_subscription(PoseWithCovarianceStamped, 'initialpose', self._place_robot, 1)
@@ -89,7 +89,7 @@ class Localiser(Node):
         """Take a pose that a person has set: the next scan is matched around it."""
         pose, frame = target_of(told.pose.pose), told.header.frame_id
         if frame not in ('', MAP):
-            self.get_logger().warning(f'Ignored initialpose: it is in {quoted(frame)}, not in {MAP!r}')
+            self.get_logger().warning(f'Ignored initialpose: it is in {quote(frame)}, not in {MAP!r}')
         elif not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
             self.get_logger().warning('Ignored initialpose: a number of it is not finite')
         else:
@@ -113,7 +113,7 @@ class Localiser(Node):
 
     def _publish(self, scan: LaserScan, match: Match) -> None:
         holds_until = time_msg(round((seconds(scan.header.stamp) + HOLDS_FOR) * NANOSECONDS))
-        self._transforms.sendTransform(placed(MAP, self._offset, holds_until, f'{self._prefix}{FRAME}'))
+        self._transforms.sendTransform(place_frame(MAP, self._offset, holds_until, f'{self._prefix}{FRAME}'))
         message = PoseWithCovarianceStamped()
         message.header.frame_id, message.header.stamp = MAP, scan.header.stamp
         pose = message.pose.pose

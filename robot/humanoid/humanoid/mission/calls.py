@@ -73,7 +73,7 @@ class GoalRun:
         if not client.wait_for_server(timeout_sec=find):
             raise NoAnswer(f'{name}: no action server within {find:.1f} s')
         sent = client.send_goal_async(goal, feedback_callback=self._inbox.put)
-        self._handle: ClientGoalHandle = wait_for(sent, self._left(), f'{name}: goal request')
+        self._handle: ClientGoalHandle = wait_for(sent, self._measure_rest(), f'{name}: goal request')
         if self.accepted:
             self._handle.get_result_async().add_done_callback(self._inbox.put)
 
@@ -93,7 +93,7 @@ class GoalRun:
         """Yield the feedback as it arrives, until the result has arrived. Raises NoAnswer at the deadline."""
         while self.accepted and self._result is None:
             try:
-                arrived = self._inbox.get(timeout=self._left())
+                arrived = self._inbox.get(timeout=self._measure_rest())
             except Empty:
                 raise NoAnswer(f'{self._name}: the goal did not end in time') from None
             if isinstance(arrived, Future):
@@ -112,7 +112,7 @@ class GoalRun:
     def cancel(self) -> CancelGoal.Response:
         """Request to cancel the goal; the goal's status tells later if it was cancelled. Raises NoAnswer."""
         reply: CancelGoal.Response = wait_for(
-            self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request'
+            self._handle.cancel_goal_async(), self._measure_rest(), f'{self._name}: cancel request'
         )
         return reply
 
@@ -132,7 +132,7 @@ class GoalRun:
             if error is None:
                 raise
 
-    def _left(self) -> float:
+    def _measure_rest(self) -> float:
         return max(self._deadline - time.monotonic(), 0.0)
 
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying, Sink
-from humanoid.text import indented
+from humanoid.text import indent
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -82,4 +82,4 @@ class PlainLines:
 
 
 def _print(text: str) -> None:
-    print(indented(text), flush=True)
+    print(indent(text), flush=True)

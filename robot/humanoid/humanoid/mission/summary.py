@@ -47,7 +47,7 @@ class Summary:
     def table(self) -> str:
         """Return a row for each step that began, no wider than the terminal, and a line with the totals."""
         rows = [HEAD, *(self._row(began) for began in self._began.values())]
-        widths = _fitted([max(len(row[column]) for row in rows) for column in range(len(HEAD))], columns())
+        widths = _fit([max(len(row[column]) for row in rows) for column in range(len(HEAD))], columns())
         head, *body = ['\n'.join(_lines(row, widths)) for row in rows]
         rule = GAP.join('-' * width for width in widths)
         return '\n'.join([head, rule, *body, self._count()])
@@ -65,7 +65,7 @@ class Summary:
         return f'{well} of {self._total or "?"} steps ended as they should, in {took:.1f} s'
 
 
-def _fitted(widths: Sequence[int], whole: int) -> list[int]:
+def _fit(widths: Sequence[int], whole: int) -> list[int]:
     """Return the columns' widths; the widest is made narrower until all fit `whole` characters."""
     fitted = list(widths)
     while sum(fitted) + len(GAP) * (len(fitted) - 1) > whole and max(fitted) > NARROWEST:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from humanoid.text import quoted
+from humanoid.text import quote
 
 FRAME = 'odom'
 FARTHEST = 1000.0  # m: a target may be this far from the origin, along each axis
@@ -20,7 +20,7 @@ def refusal(
 ) -> str | None:
     """Return why the goal is refused, or None. Position in m, quaternion (x, y, z, w), timeout in s."""
     if frame not in ('', FRAME):
-        return f'frame_id {quoted(frame)} is unknown to the base; use {FRAME!r} or leave it empty'
+        return f'frame_id {quote(frame)} is unknown to the base; use {FRAME!r} or leave it empty'
     if not _within(FARTHEST, position):
         return f'position {position} is not within {FARTHEST:g} m of the origin'
     if not _within(GREATEST_TURN, orientation):

@@ -30,7 +30,7 @@ def target_of(pose: Pose) -> Pose2D:
     return Pose2D(pose.position.x, pose.position.y, yaw_of(turn.x, turn.y, turn.z, turn.w))
 
 
-def stamped(pose: Pose2D, stamp: TimeMsg, prefix: str = '') -> PoseStamped:
+def stamp_pose(pose: Pose2D, stamp: TimeMsg, prefix: str = '') -> PoseStamped:
     message = PoseStamped()
     message.header.frame_id = f'{prefix}{FRAME}'
     message.header.stamp = stamp
@@ -69,7 +69,7 @@ def transform(odometry: Odometry) -> TransformStamped:
     return message
 
 
-def placed(frame: str, place: Pose2D, stamp: TimeMsg, child: str) -> TransformStamped:
+def place_frame(frame: str, place: Pose2D, stamp: TimeMsg, child: str) -> TransformStamped:
     """Make the transform that places `child` in `frame`."""
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = frame

@@ -25,11 +25,11 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 from humanoid.clock import now, seconds, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
-from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
+from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, SimulatedBase, Velocity2D
 from humanoid.navigation.drift import DRIFT, Drift, DriftSpec
 from humanoid.navigation.goal_check import FARTHEST, FRAME, refusal
-from humanoid.navigation.messages import imu, odometry, placed, stamped, target_of, transform
+from humanoid.navigation.messages import imu, odometry, place_frame, stamp_pose, target_of, transform
 from humanoid.navigation.truth import TruthTeller
 from humanoid.running import BadParameter, check_range, run
 
@@ -80,7 +80,7 @@ class NavigationActionServer(Node):
         self._velocity = self._wish = STANDING  # velocity at the last tick; requested velocity
         self._odometry = self.create_publisher(Odometry, 'odom', 10)
         self._transforms = TransformBroadcaster(self)
-        self._map = self._told_place()
+        self._map = self._publish_place()
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         self._surroundings = _surroundings(self) if world else None
         # Without a world and without physics, odometry is exact, so no `ground_truth` is published.
@@ -126,14 +126,14 @@ class NavigationActionServer(Node):
             check_range(name, number, -most, most)
         return numbers
 
-    def _told_place(self) -> StaticTransformBroadcaster | None:
+    def _publish_place(self) -> StaticTransformBroadcaster | None:
         """Publish the pose of `odom` in `map_frame`, if that is set: the robots of a fleet stand apart."""
         frame = self.declare_parameter('map_frame', '').get_parameter_value().string_value
         place = Pose2D(*self._three('place', [0.0, 0.0, 0.0], FARTHEST))
         if not frame:
             return None
         broadcaster = StaticTransformBroadcaster(self)
-        broadcaster.sendTransform(placed(frame, place, stamp(self), f'{self._prefix}{FRAME}'))
+        broadcaster.sendTransform(place_frame(frame, place, stamp(self), f'{self._prefix}{FRAME}'))
         return broadcaster
 
     def destroy_node(self) -> None:
@@ -147,7 +147,7 @@ class NavigationActionServer(Node):
         turn = pose.orientation
         orientation = (turn.x, turn.y, turn.z, turn.w)
         frame = goal.target_pose.header.frame_id.removeprefix(self._prefix)
-        response = judged(
+        response = judge(
             self,
             lambda: self._stop.refusal or refusal(frame, position, orientation, goal.timeout),
         )
@@ -233,7 +233,7 @@ class NavigationActionServer(Node):
         drive, ending = await carry_out(self, goal_handle, self._drives)
         result = MoveToPosition.Result()
         result.success, result.message = ending.success, ending.message
-        result.final_pose = stamped(drive.stopped_at, stamp(self), self._prefix)
+        result.final_pose = stamp_pose(drive.stopped_at, stamp(self), self._prefix)
         return result
 
     def _tick(self) -> None:
@@ -271,7 +271,7 @@ class NavigationActionServer(Node):
         if moment >= drive.next_feedback:
             drive.next_feedback += FEEDBACK_EVERY
             feedback = MoveToPosition.Feedback()
-            feedback.current_pose = stamped(self._base.pose, stamp(self), self._prefix)
+            feedback.current_pose = stamp_pose(self._base.pose, stamp(self), self._prefix)
             feedback.elapsed_time = elapsed
             feedback.distance_remaining = self._base.distance_to(drive.target)
             drive.goal.publish_feedback(feedback)

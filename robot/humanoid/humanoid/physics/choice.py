@@ -14,12 +14,12 @@ class NotInstalled(Exception):
     """Physics was requested, but its packages are not installed; the text says how to install them."""
 
 
-def chosen(asked: bool | None) -> bool:
+def uses_physics(asked: bool | None) -> bool:
     """Return True for physics: by the option, else by HUMANOID_PHYSICS, else if both modules are installed.
 
     Raises NotInstalled.
     """
-    installed = _installed()
+    installed = _is_installed()
     variable = os.environ.get(VARIABLE, '').strip()
     if asked is None and variable:
         asked = variable != '0'
@@ -28,14 +28,14 @@ def chosen(asked: bool | None) -> bool:
     return installed if asked is None else asked
 
 
-def _installed() -> bool:
+def _is_installed() -> bool:
     return all(importlib.util.find_spec(module) is not None for module in NEEDED)
 
 
-def told(*, physics: bool) -> str:
+def describe_choice(*, physics: bool) -> str:
     """Return a line for the user: physics or kinematics, and why."""
     if physics:
         return 'the body is simulated by MuJoCo; without physics: --no-physics'
-    if _installed():
+    if _is_installed():
         return 'the body is kinematic: it moves without mass'
     return f'the body is kinematic: MuJoCo and daqp are not installed ({INSTALL})'

@@ -48,7 +48,7 @@ class PhysicsJoints:
             if waypoints:
                 _, velocity, effort = self._world.joint(name)
                 here = JointSample(self._world.set_point(name), velocity, effort)
-                self._paths[name] = Path.begun(start - self._behind, here, waypoints)
+                self._paths[name] = Path.begin(start - self._behind, here, waypoints)
             else:
                 self._paths.pop(name, None)
                 self._world.hold(name)

@@ -29,7 +29,7 @@ from visualization_msgs.msg import MarkerArray
 from humanoid.clock import NANOSECONDS, now, time_msg
 from humanoid.description import urdf_text
 from humanoid.diagnostics import Diagnostics, Health
-from humanoid.emergency.names import latched
+from humanoid.emergency.names import make_latched_qos
 from humanoid.joints.feet import SOLES
 from humanoid.joints.service import JointStateService
 from humanoid.model import JOINT_BY_NAME
@@ -39,7 +39,7 @@ from humanoid.physics.base import PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.pace import Pace
 from humanoid.physics.senses import USUAL, Noise
-from humanoid.physics.walkers import usual_walker, walker_named
+from humanoid.physics.walkers import find_walker, usual_walker
 from humanoid.physics.world import PERIODS, TICK, Unstable, World
 from humanoid.running import check_range, run
 from humanoid.urdf import orientation
@@ -64,9 +64,9 @@ class Simulation(Node):
         super().__init__('simulation')
         home = {joint.name: joint.home for joint in JOINT_BY_NAME.values()}
         seed = self.declare_parameter('seed', 0).value
-        self._surroundings = self._told_world()
+        self._surroundings = self._build_world()
         around = None if self._surroundings is None else self._surroundings.add
-        walker = walker_named(self.declare_parameter('walker', usual_walker()).value)
+        walker = find_walker(self.declare_parameter('walker', usual_walker()).value)
         self.world = world = World(urdf_text(), home, seed, self._noise(), walker=walker, around=around)
         self.failure: str | None = None
         self._pace: Pace | None = None
@@ -85,9 +85,9 @@ class Simulation(Node):
         self._soles = [
             self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data) for sole in SOLES
         ]
-        self._falls = self.create_publisher(Bool, FALLEN, latched())
+        self._falls = self.create_publisher(Bool, FALLEN, make_latched_qos())
         self._falls.publish(Bool(data=False))
-        self._balancing = self.create_publisher(String, BALANCING, latched())
+        self._balancing = self.create_publisher(String, BALANCING, make_latched_qos())
         legs = [name for name in JOINT_BY_NAME if world.balances(name)]
         self._balancing.publish(String(data=','.join(legs)))
         self._diagnostics = Diagnostics(self, 'balance', self._health)
@@ -95,14 +95,14 @@ class Simulation(Node):
         self.create_service(Trigger, GET_UP, self._get_up)
         self.create_timer(PERIOD, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def _told_world(self) -> Surroundings | None:
+    def _build_world(self) -> Surroundings | None:
         """Build the surroundings that the parameter `world` names; they follow the topic `world_markers`."""
         world = self.declare_parameter('world', '').get_parameter_value().string_value
         if not world:
             return None
         from humanoid.physics.surroundings import surroundings_of  # needs packages that only worlds require
 
-        self.create_subscription(MarkerArray, 'world_markers', self._arrange, latched())
+        self.create_subscription(MarkerArray, 'world_markers', self._arrange, make_latched_qos())
         return surroundings_of(world)
 
     def _arrange(self, markers: MarkerArray) -> None:

@@ -11,7 +11,7 @@ from humanoid.navigation.base import Placement, Pose2D, Velocity2D
 from humanoid.physics.build import Array
 
 
-def turned(data: Any) -> Array:
+def read_rotation(data: Any) -> Array:
     """Return the rotation matrix from the pelvis' axes to the world's."""
     return np.asarray(data.xmat[1]).reshape(3, 3)
 
@@ -19,7 +19,7 @@ def turned(data: Any) -> Array:
 def truth_of(data: Any) -> Placement:
     """Return the pelvis' pose in the world, and its velocity in its own frame, from MuJoCo's state."""
     x, y, z = (float(number) for number in data.qpos[:3])
-    matrix = turned(data)
+    matrix = read_rotation(data)
     yaw = math.atan2(matrix[1, 0], matrix[0, 0])
     roll, pitch = math.atan2(matrix[2, 1], matrix[2, 2]), -math.asin(min(max(float(matrix[2, 0]), -1.0), 1.0))
     cos, sin = math.cos(yaw), math.sin(yaw)

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from humanoid.navigation.base import Pose2D
 from humanoid.physics.build import Robot
 from humanoid.running import BadParameter
-from humanoid.text import brief, quoted
+from humanoid.text import brief, quote
 from humanoid.walking.seam import Walker
 from humanoid.walking.walker import DcmWalker
 
@@ -24,7 +24,7 @@ def usual_walker() -> str:
     return os.environ.get(VARIABLE, '').strip()
 
 
-def walker_named(name: str) -> MakeWalker:
+def find_walker(name: str) -> MakeWalker:
     """Return the function that makes the walker: MODULE:FUNCTION on the Python path; '' is the robot's own.
 
     Raises BadParameter.
@@ -33,12 +33,12 @@ def walker_named(name: str) -> MakeWalker:
         return DcmWalker
     module, _, function = name.partition(':')
     if not module or not function:
-        raise BadParameter(f'the parameter walker is {quoted(name)}, not MODULE:FUNCTION')
+        raise BadParameter(f'the parameter walker is {quote(name)}, not MODULE:FUNCTION')
     try:
         make = getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError) as error:
-        raise BadParameter(f'the walker {quoted(name)} cannot be had: {brief(str(error))}') from None
+        raise BadParameter(f'the walker {quote(name)} cannot be had: {brief(str(error))}') from None
     if not callable(make):
-        raise BadParameter(f'the walker {quoted(name)} cannot be called')
+        raise BadParameter(f'the walker {quote(name)} cannot be called')
     made: MakeWalker = make
     return made

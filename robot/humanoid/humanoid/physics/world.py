@@ -14,7 +14,7 @@ from humanoid.navigation.base import Placement, Pose2D, Velocity2D
 from humanoid.physics.build import Array, Robot, build
 from humanoid.physics.falling import give_way, has_fallen
 from humanoid.physics.senses import USUAL, Noise, Senses
-from humanoid.physics.truth import truth_of, turned
+from humanoid.physics.truth import read_rotation, truth_of
 from humanoid.walking.legs import Legs
 from humanoid.walking.seam import Estimate, Walker, Wish
 from humanoid.walking.walker import DcmWalker
@@ -164,7 +164,7 @@ class World:
     @property
     def tilt(self) -> float:
         """How far the pelvis leans from upright, in rad."""
-        return math.acos(min(max(float(turned(self._data)[2, 2]), -1.0), 1.0))
+        return math.acos(min(max(float(read_rotation(self._data)[2, 2]), -1.0), 1.0))
 
     @property
     def outside_forces(self) -> tuple[Array, Array]:

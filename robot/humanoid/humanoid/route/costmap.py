@@ -59,7 +59,7 @@ class Costmap:
         """Return the clearance at each point (n, 2), in m; 0 off the map."""
         return self._at(self.clearance, points)
 
-    def mapped_at(self, points: Array) -> Array:
+    def measure_mapped(self, points: Array) -> Array:
         """Return the clearance at each point by the map only, without the scans."""
         return self._at(self.mapped, points)
 

@@ -77,7 +77,7 @@ class Errand:
             return STANDING
         if not self._has_way(costmap, pose, now) or self.path is None:
             return STANDING
-        self.left = follower.distance_left(self.path, pose) + _further(self.targets)
+        self.left = follower.measure_rest(self.path, pose) + _further(self.targets)
         if now < self._recovers_until:
             return follower.backwards(costmap, pose, BACKS_UP_AT) if self._backs_up else STANDING
         try:

@@ -48,7 +48,7 @@ def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops
     return _best_arc(costmap, pose, x, y)
 
 
-def distance_left(path: Array, pose: Pose2D) -> float:
+def measure_rest(path: Array, pose: Pose2D) -> float:
     """Return the length of the rest of the path, from the robot to its end, in m."""
     nearest = _nearest(path, pose)
     rest = np.concatenate([[[pose.x, pose.y]], path[min(nearest + 1, len(path) - 1) :]])

@@ -16,7 +16,7 @@ from humanoid.navigation.goal_check import FRAME, LONGEST, refusal
 from humanoid.navigation.messages import BASE_LINK, target_of
 from humanoid.route.costmap import KEEPS, Costmap
 from humanoid.route.planner import NoWay, plan
-from humanoid.text import quoted
+from humanoid.text import quote
 
 MAP = 'map'
 MOST_POSES = 100
@@ -66,7 +66,7 @@ class Frames:
         pose = target_of(goal.pose)
         at = self.place(frame)
         if at is None:
-            raise Refused(f'frame_id {quoted(frame)} is unknown to TF, or not connected with {MAP!r}')
+            raise Refused(f'frame_id {quote(frame)} is unknown to TF, or not connected with {MAP!r}')
         return compose(at, pose)
 
 
@@ -86,7 +86,7 @@ def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D
         point = np.array([[target.x, target.y]])
         if not costmap.geometry.inside(costmap.geometry.cells(point))[0]:
             raise Refused(f'the goal {where} is off the map')
-        room = float(costmap.mapped_at(point)[0])
+        room = float(costmap.measure_mapped(point)[0])
         if room < KEEPS:
             raise Refused(
                 f'the goal {where} is {room:.2f} m from a thing of the map; {KEEPS:g} m is the least'
@@ -98,15 +98,15 @@ def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D
             raise Refused(f'({target.x:.2f}, {target.y:.2f}) m: {problem}') from None
 
 
-def planned(costmap: Costmap | None, start: Pose2D | None, target: Pose2D) -> Array:
+def plan_path(costmap: Costmap | None, start: Pose2D | None, target: Pose2D) -> Array:
     """Plan a path between two poses that avoids all obstacles seen now. Raises Refused and NoWay."""
     if costmap is None or start is None:
         raise Refused('there is no map yet, or the robot does not know where it is')
     return plan(costmap.geometry, costmap.clearance, start, target)
 
 
-def judged_by(check_all: Callable[[], None]) -> Callable[[], str | None]:
-    """Return a check for `endings.judged`: it returns the text of a Refused from `check_all`, or None."""
+def judge_by(check_all: Callable[[], None]) -> Callable[[], str | None]:
+    """Return a check for `endings.judge`: it returns the text of a Refused from `check_all`, or None."""
 
     def judge() -> str | None:
         try:

@@ -28,15 +28,15 @@ from tf2_ros import Buffer, TransformListener
 from humanoid.clock import duration_msg, now, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
-from humanoid.emergency.names import latched
-from humanoid.endings import Decision, End, Ending, carry_out, judged, or_abort
+from humanoid.emergency.names import make_latched_qos
+from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.maps import read, write
 from humanoid.model import DESCRIPTION
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, compose, invert
 from humanoid.route.actions import MANNERS, Manner, Progress
 from humanoid.route.costmap import Costmap
 from humanoid.route.errand import Errand
-from humanoid.route.goals import MAP, Frames, Refused, check, judged_by, planned
+from humanoid.route.goals import MAP, Frames, Refused, check, judge_by, plan_path
 from humanoid.route.messages import path_message, pose_message
 from humanoid.route.planner import NoWay
 from humanoid.running import run
@@ -81,11 +81,11 @@ class Navigator(Node):
         self._frames = Frames(buffer, self._prefix)
         self._velocity = self.create_publisher(Twist, 'cmd_vel_nav', 10)
         self._plan = self.create_publisher(Path, 'plan', 10)
-        self._global = self.create_publisher(OccupancyGrid, 'global_costmap/costmap', latched())
-        self._local = self.create_publisher(OccupancyGrid, 'local_costmap/costmap', latched())
+        self._global = self.create_publisher(OccupancyGrid, 'global_costmap/costmap', make_latched_qos())
+        self._local = self.create_publisher(OccupancyGrid, 'local_costmap/costmap', make_latched_qos())
         self._shown = 0
         self._sent: Future[Any] | None = None  # the last goal from the topic goal_pose
-        self.create_subscription(OccupancyGrid, 'map', self._take_map, latched())
+        self.create_subscription(OccupancyGrid, 'map', self._take_map, make_latched_qos())
         self.create_subscription(LaserScan, 'scan', self._see, qos_profile_sensor_data)
         self.create_subscription(Twist, 'cmd_vel', self._yield_to, 10)
         self.create_subscription(PoseStamped, 'goal_pose', self._send_goal, 1)
@@ -164,7 +164,7 @@ class Navigator(Node):
             manner.time_allowed(request)
             check(self._costmap, self._frames.robot(now(self)), self._targets(manner, request))
 
-        return judged(self, judged_by(check_all))
+        return judge(self, judge_by(check_all))
 
     def _begin(self, manner: Manner, goal_handle: ServerGoalHandle) -> None:
         """Begin a goal, and abort the running one: it is older, as goals begin in the order of acceptance."""
@@ -272,7 +272,7 @@ class Navigator(Node):
         try:
             target = self._frames.on_map(request.goal)
             start = self._frames.on_map(request.start) if request.use_start else self._frames.robot(began)
-            path = planned(self._costmap, start, target)
+            path = plan_path(self._costmap, start, target)
         except (Refused, NoWay) as problem:
             is_frame = isinstance(problem, Refused)
             result.error_code = result.TF_ERROR if is_frame else result.NO_VALID_PATH

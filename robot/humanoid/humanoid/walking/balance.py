@@ -8,7 +8,7 @@ import numpy as np
 
 from humanoid.navigation.base import Pose2D, turn_between
 from humanoid.walking.body import SIDES, Body
-from humanoid.walking.footsteps import in_frame, moved
+from humanoid.walking.footsteps import in_frame, move_pose
 from humanoid.walking.forces import Aims, Contact, ForceControl
 from humanoid.walking.gait import LENGTH, WIDTH, Gait, Seen
 from humanoid.walking.seam import Array, Wish
@@ -51,7 +51,7 @@ class Balance:
         """Take a wish, and shift its place from the pelvis to the centre of mass, below which the feet go."""
         place = wish.place
         if place is not None:
-            place = moved(place, float(self._lean[0]), float(self._lean[1]))
+            place = move_pose(place, float(self._lean[0]), float(self._lean[1]))
         self.gait.wish = Wish(wish.velocity, place)
 
     def torques(self, loads: Array) -> Array:

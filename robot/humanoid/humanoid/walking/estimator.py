@@ -71,7 +71,7 @@ class Estimator:
             moved = rate + LEVELS * off
         else:
             moved = rate
-        self.orientation = _turned(self.orientation, moved * self._period)
+        self.orientation = _turn_by(self.orientation, moved * self._period)
         return rate
 
     def _predict(self, pull: Array, loads: Array) -> None:
@@ -130,7 +130,7 @@ def _matrix(turn: Array) -> Array:
     )
 
 
-def _turned(turn: Array, by: Array) -> Array:
+def _turn_by(turn: Array, by: Array) -> Array:
     """Return the orientation `turn` after a small rotation vector in its own frame."""
     angle = math.sqrt(float(by @ by))
     half = math.sin(angle / 2.0) / angle if angle > 1e-12 else 0.5

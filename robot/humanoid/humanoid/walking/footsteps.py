@@ -30,7 +30,7 @@ def in_frame(way: Array, yaw: float) -> Array:
     return np.array((cos * way[0] + sin * way[1], cos * way[1] - sin * way[0]))
 
 
-def moved(pose: Pose2D, ahead: float, left: float, turn: float = 0.0) -> Pose2D:
+def move_pose(pose: Pose2D, ahead: float, left: float, turn: float = 0.0) -> Pose2D:
     """Return a pose after a displacement in its own frame (m) and a turn (rad)."""
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     return Pose2D(
@@ -47,7 +47,7 @@ def middle_of(left: Pose2D, right: Pose2D) -> Pose2D:
 
 def beside(middle: Pose2D, side: int) -> Pose2D:
     """Return a pose half a stance width beside another: of a foot from the middle, or the other way round."""
-    return moved(middle, 0.0, WIDTH / 2.0 if side == LEFT else -WIDTH / 2.0)
+    return move_pose(middle, 0.0, WIDTH / 2.0 if side == LEFT else -WIDTH / 2.0)
 
 
 def next_place(stance: Pose2D, side: int, wish: Wish, seconds: float) -> Pose2D:
@@ -60,7 +60,7 @@ def next_place(stance: Pose2D, side: int, wish: Wish, seconds: float) -> Pose2D:
     left = 2.0 * left if side == (LEFT if left > 0.0 else RIGHT) else 0.0
     turn = 2.0 * turn if side == (LEFT if turn > 0.0 else RIGHT) else 0.0
     way = in_frame(np.array((ahead, left)), -turn / 2.0)
-    return within_reach(beside(moved(middle, float(way[0]), float(way[1]), turn), side), stance, side)
+    return within_reach(beside(move_pose(middle, float(way[0]), float(way[1]), turn), side), stance, side)
 
 
 def _stride(middle: Pose2D, wish: Wish, seconds: float) -> tuple[float, float, float]:
@@ -82,4 +82,4 @@ def within_reach(foot: Pose2D, stance: Pose2D, side: int) -> Pose2D:
     outwards = min(max(outwards, NARROWEST), WIDEST)
     ahead = min(max(seen.x, -FARTHEST), FARTHEST)
     turn = min(max(seen.yaw, -MOST_TURN), MOST_TURN)
-    return moved(stance, ahead, outwards if side == LEFT else -outwards, turn)
+    return move_pose(stance, ahead, outwards if side == LEFT else -outwards, turn)

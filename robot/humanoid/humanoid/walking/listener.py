@@ -7,7 +7,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
-from humanoid.emergency.names import latched
+from humanoid.emergency.names import make_latched_qos
 from humanoid.walking.names import FALLEN, LIES
 
 
@@ -20,7 +20,7 @@ class FallListener:
     def __init__(self, node: Node, on_fall: Callable[[], None]) -> None:
         self.fallen = False
         self._on_fall = on_fall
-        node.create_subscription(Bool, FALLEN, self._hear, latched())
+        node.create_subscription(Bool, FALLEN, self._hear, make_latched_qos())
 
     @property
     def refusal(self) -> str | None:

@@ -9,7 +9,7 @@ from builtin_interfaces.msg import Time as TimeMsg
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
-from humanoid.urdf import Transform, rotated
+from humanoid.urdf import Transform, rotate
 from humanoid.world.scene import Scene
 from humanoid.world.solids import Array
 
@@ -33,7 +33,7 @@ def look(scene: Scene, eye: Transform, noise: float, chance: np.random.Generator
 
     `noise` is the standard deviation at a depth of 1 m, in m; it grows with the square of the depth.
     """
-    axes = np.array([rotated(eye.rotation, axis) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))])
+    axes = np.array([rotate(eye.rotation, axis) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))])
     depths = scene.depths(np.array(eye.translation), rays() @ axes)
     depths = depths + chance.normal(0.0, 1.0, depths.shape) * noise * np.minimum(depths, FARTHEST) ** 2
     seen = np.where((depths >= NEAREST) & (depths <= FARTHEST), depths, np.nan)

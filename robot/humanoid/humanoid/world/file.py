@@ -10,7 +10,7 @@ from pathlib import Path
 
 import yaml
 
-from humanoid.text import brief, quoted
+from humanoid.text import brief, quote
 from humanoid.world.names import SHIPPED, BadWorld, path_of
 from humanoid.world.solids import Block, Colour, Pillar, Solid
 
@@ -120,7 +120,7 @@ class Entry:
         """Raise BadWorld for a key that is not among `keys`: it is probably misspelt."""
         for key, value in self._values.items():
             if key not in keys:
-                raise self.error(f'there is no key {quoted(key)}; use {", ".join(keys)}', value)
+                raise self.error(f'there is no key {quote(key)}; use {", ".join(keys)}', value)
 
     def entries(self, key: str) -> list[Entry]:
         node = self._values.get(key)
@@ -135,7 +135,7 @@ class Entry:
     def unique(self, key: str, names: Sequence[str]) -> None:
         for number, name in enumerate(names):
             if name in names[:number]:
-                raise self.entries(key)[number].error(f'two of them are named {quoted(name)}; rename one')
+                raise self.entries(key)[number].error(f'two of them are named {quote(name)}; rename one')
 
     def text(self, key: str, default: str) -> str:
         node = self._values.get(key)
@@ -155,7 +155,7 @@ class Entry:
             return default
         value = _number(node)
         if not lowest <= value <= greatest:
-            found = quoted(str(node.value)) if isinstance(node, yaml.ScalarNode) else 'a list'
+            found = quote(str(node.value)) if isinstance(node, yaml.ScalarNode) else 'a list'
             raise self.error(f'{key} is {found}; write a number from {lowest:g} to {greatest:g}', node)
         return value
 
@@ -181,14 +181,14 @@ class Entry:
         if node is None:
             return default
         if str(node.value) not in ('true', 'false'):
-            raise self.error(f'{key} is {quoted(str(node.value))}; write true or false', node)
+            raise self.error(f'{key} is {quote(str(node.value))}; write true or false', node)
         return str(node.value) == 'true'
 
     def colour(self, default: str) -> Colour:
         node = self._values.get('colour')
         name = default if node is None else str(node.value)
         if name not in COLOURS:
-            raise self.error(f'colour is {quoted(name)}; write one of {", ".join(COLOURS)}', node)
+            raise self.error(f'colour is {quote(name)}; write one of {", ".join(COLOURS)}', node)
         return COLOURS[name]
 
     def has(self, key: str) -> bool:
@@ -217,7 +217,7 @@ def _empty() -> yaml.Node:
 def _wall(entry: Entry) -> Block:
     entry.allow('from', 'to', 'thickness', 'height', 'colour')
     thickness = entry.number('thickness', 0.1, 0.02, 2.0)
-    return _between(
+    return _read_panel(
         entry, 'wall', '', thickness, entry.number('height', 2.2, 0.05, 10.0), entry.colour('white')
     )
 
@@ -225,11 +225,13 @@ def _wall(entry: Entry) -> Block:
 def _door(entry: Entry) -> Door:
     entry.allow('name', 'from', 'to', 'open', 'height', 'colour')
     name = entry.name()
-    panel = _between(entry, 'door', name, 0.06, entry.number('height', 2.0, 0.05, 10.0), entry.colour('wood'))
+    panel = _read_panel(
+        entry, 'door', name, 0.06, entry.number('height', 2.0, 0.05, 10.0), entry.colour('wood')
+    )
     return Door(name, panel, entry.flag('open', default=True))
 
 
-def _between(entry: Entry, kind: str, name: str, width: float, height: float, colour: Colour) -> Block:
+def _read_panel(entry: Entry, kind: str, name: str, width: float, height: float, colour: Colour) -> Block:
     """Return a block from the entry's point `from` to its point `to`."""
     (x1, y1), (x2, y2) = (entry.numbers(key, 2, None, FARTHEST) for key in ('from', 'to'))
     length = math.hypot(x2 - x1, y2 - y1)

@@ -7,7 +7,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from humanoid.text import quoted
+from humanoid.text import quote
 
 FOLDER = Path(__file__).parent / 'files'
 SHIPPED = ', '.join(sorted(path.stem for path in FOLDER.glob('*.yaml')))
@@ -26,7 +26,7 @@ def path_of(world: str) -> Path:
     path = FOLDER / f'{world}.yaml'
     if not path.is_file():
         raise BadWorld(
-            f'there is no world {quoted(world)}; use {SHIPPED}, or the path of a file, as ./{world}.yaml'
+            f'there is no world {quote(world)}; use {SHIPPED}, or the path of a file, as ./{world}.yaml'
         )
     return path
 

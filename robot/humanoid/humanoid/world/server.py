@@ -20,10 +20,10 @@ from tf2_ros import StaticTransformBroadcaster
 from visualization_msgs.msg import MarkerArray
 
 from humanoid.clock import now, stamp
-from humanoid.emergency.names import latched
+from humanoid.emergency.names import make_latched_qos
 from humanoid.model import DESCRIPTION
 from humanoid.navigation.base import Pose2D, compose
-from humanoid.navigation.messages import placed, target_of
+from humanoid.navigation.messages import place_frame, target_of
 from humanoid.navigation.truth import TRUTH
 from humanoid.running import BadParameter, check_range, run
 from humanoid.urdf import Transform
@@ -59,8 +59,8 @@ class WorldServer(Node):
         self._chance = np.random.default_rng(abs(seed))
         self._truth: Odometry | None = None
         self._stepped, self._steps = now(self), 0
-        self._markers = self.create_publisher(MarkerArray, 'world_markers', latched())
-        self._map = self.create_publisher(OccupancyGrid, 'map', latched())
+        self._markers = self.create_publisher(MarkerArray, 'world_markers', make_latched_qos())
+        self._map = self.create_publisher(OccupancyGrid, 'map', make_latched_qos())
         self._scan = self.create_publisher(LaserScan, 'scan', qos_profile_sensor_data)
         self._clearance = self.create_publisher(Float64, 'clearance', 10)
         self._camera_noise = self._number('camera_noise', 0.002, 0.0, 1.0)
@@ -76,7 +76,7 @@ class WorldServer(Node):
             self.create_service(SetBool, f'doors/{door.name}', partial(self._move_door, door.name))
         self._map.publish(occupancy(self._scene.file.solids, resolution, stamp(self)))
         self._home = StaticTransformBroadcaster(self)
-        self._home.sendTransform(placed(MAP, Pose2D(*self._scene.file.start), stamp(self), 'home'))
+        self._home.sendTransform(place_frame(MAP, Pose2D(*self._scene.file.start), stamp(self), 'home'))
         self._show()
         self.create_timer(STEP, self._step)
         self.get_logger().info(

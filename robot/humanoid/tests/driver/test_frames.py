@@ -13,7 +13,7 @@ FRAMES = [targets(1, {0: 0.5, 30: -1.25}), states(1, [(0.5, 0.0, 0.25)] * 31), t
 
 def test_what_is_sent_arrives_however_it_is_cut() -> None:
     rng, decoder, came = random.Random(5), Decoder(), list[Frame]()
-    data = b''.join(frame.encoded() for frame in FRAMES * 20)
+    data = b''.join(frame.encode() for frame in FRAMES * 20)
     while data:
         size = rng.randrange(1, 40)
         came += decoder.feed(data[:size])
@@ -30,7 +30,7 @@ def test_damage_costs_the_frames_that_it_hits_and_no_wrong_one_comes(seed: int) 
     good = [Frame(1, number % 256, rng.randbytes(rng.randrange(60))) for number in range(300)]
     hit = 0
     for frame in good:
-        data = bytearray(frame.encoded())
+        data = bytearray(frame.encode())
         chance = rng.random()
         if chance < 0.1:
             del data[rng.randrange(len(data))]

@@ -151,7 +151,7 @@ def test_readings_that_are_not_numbers_reach_nobody(driven: Callable[..., Driven
     def spoil(answer: bytes) -> bytes:
         whole = Decoder().feed(answer) if broken.is_set() else ()
         wrong = [(math.nan, 0.0, math.inf)] * len(JOINT_BY_NAME)
-        return b''.join(states(frame.number, wrong).encoded() for frame in whole) or answer
+        return b''.join(states(frame.number, wrong).encode() for frame in whole) or answer
 
     joints = driven(Bench(spoil=spoil), hold_after=0.5)
     sent: list[Mapping[str, float]] = []

@@ -7,7 +7,7 @@ import importlib.util
 import pytest
 
 from humanoid.cli import main
-from humanoid.physics.choice import VARIABLE, NotInstalled, chosen, told
+from humanoid.physics.choice import VARIABLE, NotInstalled, describe_choice, uses_physics
 
 
 @pytest.fixture
@@ -33,13 +33,13 @@ def test_the_flag_comes_first_then_the_variable_then_what_is_there(
     monkeypatch: pytest.MonkeyPatch, asked: bool | None, variable: str, expected: bool
 ) -> None:
     monkeypatch.setenv(VARIABLE, variable)
-    assert chosen(asked) is expected
+    assert uses_physics(asked) is expected
 
 
 @pytest.mark.usefixtures('without')
 def test_without_mujoco_the_body_is_kinematic_and_says_why() -> None:
-    assert chosen(None) is False
-    assert 'MuJoCo and daqp are not installed (pip install mujoco-core' in told(physics=False)
+    assert uses_physics(None) is False
+    assert 'MuJoCo and daqp are not installed (pip install mujoco-core' in describe_choice(physics=False)
 
 
 @pytest.mark.usefixtures('without')
@@ -58,7 +58,7 @@ def test_physics_without_mujoco_is_one_line_that_says_how_to_install_it(
 def test_the_variable_may_ask_for_what_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, '1')
     with pytest.raises(NotInstalled):
-        chosen(None)
+        uses_physics(None)
 
 
 def test_simulated_time_without_a_simulation_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -74,9 +74,9 @@ def test_what_is_seen_is_kept_clear_of_and_forgotten_once_a_beam_goes_over_it(ho
     spot = np.array([[1.5, 0.0]])
     costmap.see(Pose2D(), angles, ranges, now=0.0)
     assert costmap.clearance_at(spot)[0] < 0.1
-    assert costmap.mapped_at(spot)[0] > 1.0
+    assert costmap.measure_mapped(spot)[0] > 1.0
     costmap.see(Pose2D(), angles, np.full(360, np.inf), now=1.0)
-    assert costmap.clearance_at(spot)[0] == costmap.mapped_at(spot)[0]
+    assert costmap.clearance_at(spot)[0] == costmap.measure_mapped(spot)[0]
 
 
 def test_what_is_out_of_sight_is_forgotten_after_a_while(house: Costmap) -> None:
@@ -89,4 +89,4 @@ def test_what_is_out_of_sight_is_forgotten_after_a_while(house: Costmap) -> None
     costmap.see(elsewhere, angles, nothing, now=20.0)
     assert costmap.clearance_at(spot)[0] < 0.1
     costmap.see(elsewhere, angles, nothing, now=31.0)
-    assert costmap.clearance_at(spot)[0] == costmap.mapped_at(spot)[0]
+    assert costmap.clearance_at(spot)[0] == costmap.measure_mapped(spot)[0]

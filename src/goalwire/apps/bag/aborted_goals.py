@@ -7,7 +7,7 @@ from contextlib import aclosing
 from typing import TYPE_CHECKING
 
 from goalwire.errors import BagError
-from goalwire.observe.goal_topics import ended_goals
+from goalwire.observe.goal_topics import watch_ended_goals
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def _actions(recorder: Recorder) -> set[str]:
 
 
 async def _watch(recorder: Recorder, action: str, since: float) -> None:
-    async with aclosing(ended_goals(recorder.node, action, since)) as goals:
+    async with aclosing(watch_ended_goals(recorder.node, action, since)) as goals:
         async for goal in goals:
             if goal.status == 'ABORTED':
                 await asyncio.sleep(AFTER_S)

@@ -32,7 +32,7 @@ class Script:
         self._by_content: dict[bytes, deque[Recorded]] = defaultdict(deque)
         self._unused: dict[Recorded, None] = {}
         for each in recordings:
-            self._by_content[content_of(_asked(each))].append(each)
+            self._by_content[content_of(_get_request(each))].append(each)
             self._unused[each] = None
 
     def take(self, request: Any) -> Any:
@@ -48,7 +48,7 @@ class Script:
         return found
 
 
-def _asked(each: Recorded) -> Any:
+def _get_request(each: Recorded) -> Any:
     return each.goal if isinstance(each, RecordedGoal) else each.request
 
 

@@ -75,7 +75,7 @@ def _differences(where: str, path: str, now: Any, was: Any, tolerance: Tolerance
     elif isinstance(was, str | bytes | bool | int | float) or not hasattr(was, '__len__'):
         if not _is_equal(now, was, tolerance):
             bound = tolerance.number if isinstance(was, float) else 0.0
-            yield Difference(where, path, *_shown(now, was), bound)
+            yield Difference(where, path, *_show_both(now, was), bound)
     elif len(now) != len(was):
         yield Difference(where, f'the length of {path}', str(len(now)), str(len(was)))
     else:
@@ -88,7 +88,7 @@ def _plain(array: Any) -> Any:
     return array.tolist() if hasattr(array, 'tolist') else array
 
 
-def _shown(now: Any, was: Any) -> tuple[str, str]:
+def _show_both(now: Any, was: Any) -> tuple[str, str]:
     """Return two values as texts, a float32 without the extra digits of its conversion to a double."""
     if isinstance(was, float) and f'{now:.7g}' != f'{was:.7g}':
         return f'{now:.7g}', f'{was:.7g}'

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from goalwire.errors import BagError
-from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
+from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, show
 from goalwire.rules.qos import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -34,10 +34,10 @@ def read_qos_overrides(path: str) -> dict[str, QoS]:
     except FileNotFoundError:
         raise
     except (OSError, yaml.YAMLError) as error:
-        raise BagError(f'{shown(path)}: it cannot be read as YAML: {" ".join(str(error).split())}') from error
+        raise BagError(f'{show(path)}: it cannot be read as YAML: {" ".join(str(error).split())}') from error
     if not isinstance(found, dict):
-        raise BagError(f'{shown(path)}: it does not map topics to QoS')
-    return {str(topic): _qos(profile, f"{shown(path)}: '{topic}'") for topic, profile in found.items()}
+        raise BagError(f'{show(path)}: it does not map topics to QoS')
+    return {str(topic): _qos(profile, f"{show(path)}: '{topic}'") for topic, profile in found.items()}
 
 
 def _qos(profile: object, place: str) -> QoS:

@@ -82,7 +82,7 @@ def read_recorded(bag: Reader, selection: Selection | None = None) -> list[Recor
     return sorted((*plain, *goals), key=lambda each: each.sent)
 
 
-def _chosen(bag: Reader, selection: Selection | None, ending: str) -> Iterator[Topic]:
+def _choose_topics(bag: Reader, selection: Selection | None, ending: str) -> Iterator[Topic]:
     for topic in bag.topics:
         is_wanted = selection is None or selection.wants(topic.name, topic.type_name)
         if topic.name.endswith(ending) and is_wanted and bag.counts.get(topic.name):
@@ -90,7 +90,7 @@ def _chosen(bag: Reader, selection: Selection | None, ending: str) -> Iterator[T
 
 
 def _read_calls(bag: Reader, selection: Selection | None) -> list[RecordedCall]:
-    types = {topic.name: topic.type_name for topic in _chosen(bag, selection, SERVICE_EVENT)}
+    types = {topic.name: topic.type_name for topic in _choose_topics(bag, selection, SERVICE_EVENT)}
     sides: dict[tuple[str, bool], dict[tuple[bytes, int], RecordedCall]] = defaultdict(dict)
     for message, event in bag.decoded(list(types)) if types else ():
         step, key = event.info.event_type, (bytes(event.info.client_gid), event.info.sequence_number)
@@ -117,7 +117,7 @@ def _goals_of(bag: Reader, calls: list[RecordedCall], selection: Selection | Non
             _note_result(goals.get(bytes(call.request.goal_id.uuid)), call)
         elif part == 'cancel_goal':
             _note_cancel(goals, call)
-    topics = [topic.name for topic in _chosen(bag, selection, '/_action/feedback')]
+    topics = [topic.name for topic in _choose_topics(bag, selection, '/_action/feedback')]
     for message, feedback in bag.decoded(topics) if topics else ():
         found = goals.get(bytes(feedback.goal_id.uuid))
         if found is not None:

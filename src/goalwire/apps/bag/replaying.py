@@ -87,7 +87,7 @@ class Replay:
     async def _replay(self, each: Recorded, number: int) -> list[Difference]:
         request = each.goal if isinstance(each, RecordedGoal) else each.request
         what = 'goal' if isinstance(each, RecordedGoal) else 'call'
-        where = f"{what} {number} '{each.name}' {_shown(request)}"
+        where = f"{what} {number} '{each.name}' {_show(request)}"
         try:
             if isinstance(each, RecordedGoal):
                 return await self._send(each, where)
@@ -186,6 +186,6 @@ def _status_name(status: int) -> str:
     return names.get(status, str(status))
 
 
-def _shown(message: Any) -> str:
+def _show(message: Any) -> str:
     fields = ', '.join(f'{name}={getattr(message, name)!r}' for name in message.get_fields_and_field_types())
     return f'({fields if len(fields) <= SHOWN_REQUEST else fields[:SHOWN_REQUEST] + "…"})'

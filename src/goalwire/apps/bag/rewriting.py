@@ -9,7 +9,7 @@ from pathlib import Path
 
 from goalwire.apps.bag.selection import Selection
 from goalwire.errors import BagError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.records import record
 from goalwire.rosbag2.metadata import write_metadata
 from goalwire.rosbag2.model import METADATA_FILE, Message
@@ -37,7 +37,9 @@ def rewrite(sources: Sequence[Reader], target: Writer, cut: Cut) -> int:
     names = dict(cut.renames)
     for source in sources:
         _add_topics(source, target, cut.selection, names)
-    merged = heapq.merge(*(_taken(source, cut) for source in sources), key=lambda message: message.time)
+    merged = heapq.merge(
+        *(_take_messages(source, cut) for source in sources), key=lambda message: message.time
+    )
     count = 0
     for message in merged:
         target.put(message._replace(topic=names.get(message.topic, message.topic)))
@@ -68,7 +70,7 @@ def _add_topics(
         )
 
 
-def _taken(source: Reader, cut: Cut) -> Iterator[Message]:
+def _take_messages(source: Reader, cut: Cut) -> Iterator[Message]:
     names = [
         topic.name
         for topic in source.topics
@@ -93,10 +95,10 @@ def reindex(folder: str) -> Reader:
     Raises BagError if there are no files, or if one of them cannot be read.
     """
     if not Path(folder).is_dir():
-        raise FileNotFoundError(f"nothing is at '{shown(folder)}'")
+        raise FileNotFoundError(f"nothing is at '{show(folder)}'")
     files = stored_files(folder)
     if not files:
-        raise BagError(f'{shown(folder)}: it has no files of a bag')
+        raise BagError(f'{show(folder)}: it has no files of a bag')
     bag = Reader(folder, files=files)
     write_metadata(folder, bag.facts, METADATA_FILE)
     return bag

@@ -100,7 +100,7 @@ class Permissions:
         If there is an allow list of parameters, topics that reveal any parameter are refused, too.
         """
         if self.parameters.patterns and _tells_of_parameters(topic):
-            raise self._limited(topic)
+            raise self._explain_limit(topic)
         self._check(topic, self.subscribe)
         self._ask(permission_to_use(topic, is_service=False))
 
@@ -123,7 +123,7 @@ class Permissions:
         """
         self._check_change()
         if self.parameters.patterns and service.rsplit('/', 1)[-1] in _OF_PARAMETERS:
-            raise self._limited(service)
+            raise self._explain_limit(service)
         self._check(service, self.services)
 
     def check_goal(self, action: str) -> None:
@@ -194,7 +194,7 @@ class Permissions:
         return self.client is None or not self.client.why_not(permission)
 
     @staticmethod
-    def _limited(name: str) -> NotAllowedError:
+    def _explain_limit(name: str) -> NotAllowedError:
         return NotAllowedError(
             f"this bridge does not give access to '{name}', since its parameters are limited "
             '(--parameters): use the operations for parameters'

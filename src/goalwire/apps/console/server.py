@@ -76,7 +76,7 @@ class _OneLine(logging.Handler):
 
 
 @contextmanager
-def _logged_by(own: RcutilsLogger) -> Iterator[None]:
+def _log_by(own: RcutilsLogger) -> Iterator[None]:
     handler = _OneLine(own)
     loggers = [logging.getLogger(name) for name in _LOGGERS]
     for name in ('engineio.server', 'socketio.server'):
@@ -191,7 +191,7 @@ async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[s
     with (
         _authorizer(node.context.get_domain_id()) as authorizer,
         _listen(settings) as listener,
-        _logged_by(node.logger),
+        _log_by(node.logger),
     ):
         async with Session(node, settings, authorizer) as session:
             application = _application()
@@ -204,7 +204,7 @@ async def serve_recording(path: str, settings: Settings, ready: Callable[[list[s
     logger = get_logger('goalwire_console')
     recording = await in_thread(lambda: Recording(path))
     goals = await in_thread(recording.read_goals)
-    with _authorizer(0) as authorizer, _listen(settings) as listener, _logged_by(logger):
+    with _authorizer(0) as authorizer, _listen(settings) as listener, _log_by(logger):
         application = _application()
         with recording_page.install(application, recording, goals):
             await _serve(application, listener, settings, authorizer, logger, ready)

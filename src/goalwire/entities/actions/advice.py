@@ -78,7 +78,7 @@ class ActionAdvice:
         """Log that an execute callback returned without setting the goal's final state."""
         self._tell(
             'state',
-            f'{_called(execute, "the execute callback")} returned and did not say how the goal ended, so it '
+            f'{_name_of(execute, "the execute callback")} returned and did not say how the goal ended, so it '
             "counts as aborted: call goal_handle.succeed() before 'return', or abort() or canceled()",
             function_place(execute),
         )
@@ -90,7 +90,7 @@ class ActionAdvice:
         kind, refused = ('goal', 'the goal') if expected is GoalResponse else ('cancel', 'cancelling')
         self._tell(
             kind,
-            f'{_called(callback, f"the {kind} callback")} returned {peer_text(repr(answer), 60)}, '
+            f'{_name_of(callback, f"the {kind} callback")} returned {peer_text(repr(answer), 60)}, '
             f'so {refused} is refused: return {_either(expected)}',
             function_place(callback),
         )
@@ -109,14 +109,14 @@ class ActionAdvice:
         """Log that an execute callback goes on after its goal was cancelled."""
         self._tell(
             'unseen',
-            f'the goal was cancelled, and {_called(execute, "the execute callback")} does not look at that: '
+            f'the goal was cancelled, and {_name_of(execute, "the execute callback")} does not look at that: '
             "write 'if goal_handle.is_cancel_requested:' in its loop, and there call goal_handle.canceled() "
             'and return',
             function_place(execute),
         )
 
 
-def _called(callback: object, role: str) -> str:
+def _name_of(callback: object, role: str) -> str:
     name = getattr(callback, '__qualname__', None)
     return f'{role} {name}()' if name else role
 

@@ -46,7 +46,7 @@ from goalwire.rules.goals.ids import GoalId
 from goalwire.rules.goals.server import GoalServer
 from goalwire.rules.goals.table import GoalEvent, GoalStatus
 from goalwire.rules.latencies import Latencies
-from goalwire.rules.reasons import described
+from goalwire.rules.reasons import describe_error
 from goalwire.transport.contract import Payload, Request
 
 if TYPE_CHECKING:
@@ -277,8 +277,10 @@ class ActionServerCore:
             try:
                 result = self.callbacks.failed(handle, error)
             except Exception as another:
-                self.logger.error(f"Action '{self.name}': on_failure failed itself: {described(another)}")
-        return Failure(result, described(error))
+                self.logger.error(
+                    f"Action '{self.name}': on_failure failed itself: {describe_error(another)}"
+                )
+        return Failure(result, describe_error(error))
 
     def _encode(self, result: object, told: str) -> bytes | None:
         return self.results.encode(result, told, self.callbacks.execute)

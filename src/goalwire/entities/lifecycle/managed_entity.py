@@ -105,13 +105,13 @@ def call_each(
     Raises TypeError for an answer of another type.
     """
     for entity in entities:
-        outcome = checked(getattr(entity, callback)(state), f'{type(entity).__name__}.{callback}()')
+        outcome = check_outcome(getattr(entity, callback)(state), f'{type(entity).__name__}.{callback}()')
         if outcome is not _SUCCESS:
             return outcome
     return _SUCCESS
 
 
-def checked(outcome: object, callback: str) -> TransitionCallbackReturnType:
+def check_outcome(outcome: object, callback: str) -> TransitionCallbackReturnType:
     """Return the answer of a transition callback; raises TypeError for any other value."""
     if isinstance(outcome, TransitionCallbackReturnType):
         return outcome

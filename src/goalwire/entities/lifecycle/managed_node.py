@@ -10,7 +10,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.lifecycle.managed_entity import ManagedEntity, call_each, checked
+from goalwire.entities.lifecycle.managed_entity import ManagedEntity, call_each, check_outcome
 from goalwire.entities.node import NodeCore
 from goalwire.entities.standard_types import standard_message, standard_service
 from goalwire.errors import ClosedError, GoalwireError, RCLError, peer_text
@@ -104,7 +104,7 @@ class LifecycleCore:
             self._logger.error(f'{told}\n{traceback_text(error)}')
             return TransitionCallbackReturnType.ERROR
         try:
-            return checked(outcome, f'{callback}()')
+            return check_outcome(outcome, f'{callback}()')
         except TypeError as error:
             self._logger.error(str(error))
             return TransitionCallbackReturnType.ERROR

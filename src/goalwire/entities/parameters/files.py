@@ -11,12 +11,12 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 from goalwire.errors import FileShapeError
-from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
+from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, show
 from goalwire.records import replace
 from goalwire.rules.arguments import ArgumentError, Arguments, ParameterFile
 from goalwire.rules.names.lexer import RuleSyntaxError
 from goalwire.rules.parameters.parameter import value_message
-from goalwire.rules.parameters.plain_yaml import flat_values, typed_text, typed_value
+from goalwire.rules.parameters.plain_yaml import flat_values, read_typed_text, read_typed_value
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -53,12 +53,12 @@ def _read(path: str) -> NodeValues:
         reason = str(error)
     except ValueError as error:  # there is a NUL in the path
         reason = f'Error opening YAML file: {error}'
-    raise ArgumentError(f"Couldn't parse params file: '--params-file {shown(path)}'. Error: {reason}")
+    raise ArgumentError(f"Couldn't parse params file: '--params-file {show(path)}'. Error: {reason}")
 
 
 def parameter_value_from_text(text: str) -> ParameterValueMessage:
     """Return the value of a YAML text; a text that is not of another YAML type is a string."""
-    return value_message(*typed_text(text))
+    return value_message(*read_typed_text(text))
 
 
 def parameters_from_yaml_file(
@@ -83,7 +83,7 @@ def parameters_from_yaml_file(
     values = flat_values(tree, target_nodes, use_wildcard=use_wildcard)
     return {
         f'{namespace}{name}': ParameterMessage(
-            name=f'{namespace}{name}', value=value_message(*typed_value(name, value))
+            name=f'{namespace}{name}', value=value_message(*read_typed_value(name, value))
         )
         for name, value in values.items()
     }

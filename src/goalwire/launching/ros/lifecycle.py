@@ -137,7 +137,7 @@ async def _hear(own: LaunchNode, action: LifecycleNode, ready: asyncio.Future[An
     from lifecycle_msgs.msg import TransitionEvent
 
     try:
-        node = await own.opened()
+        node = await own.wait_open()
         subscription = node.subscription(TransitionEvent, f'{action.node_name}/transition_event')
     except Exception as error:
         ready.set_exception(error)

@@ -49,13 +49,13 @@ class LaunchNode:
             if not self._node.done():
                 self._node.set_exception(LaunchError(f"the launch's own node: {as_sentence(error)}"))
 
-    async def opened(self) -> Any:
+    async def wait_open(self) -> Any:
         """Return the `goalwire.Node` once it is open. Raises LaunchError if it cannot be opened."""
         return await asyncio.shield(self._node)
 
     async def client(self, service: type, name: str) -> Any:
         """Return the client of a service; calls with the same name share one client."""
-        node = await self.opened()
+        node = await self.wait_open()
         if name not in self._clients:
             self._clients[name] = node.client(service, name)
         return self._clients[name]

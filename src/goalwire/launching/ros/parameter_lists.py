@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from goalwire.errors import BadLaunchValueError, LaunchError
-from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
+from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, show
 from goalwire.launching.model import LaunchContext
 from goalwire.launching.ros.parameters import evaluate_dictionary
 from goalwire.rules.parameters.file_syntax import KEY, matches
@@ -38,12 +38,12 @@ def values_for_node(context: LaunchContext, path: Path, full_name: str) -> dict[
     try:
         content = yaml.safe_load(read_regular(str(path), LARGEST_PARAMETER_FILE))
     except OSError as error:
-        raise LaunchError(f'cannot read the parameter file {shown(str(path))}: {error.strerror}') from error
+        raise LaunchError(f'cannot read the parameter file {show(str(path))}: {error.strerror}') from error
     except (yaml.YAMLError, UnicodeError) as error:
         reason = ' '.join(str(error).split())
-        raise LaunchError(f'the parameter file {shown(str(path))} is not valid YAML: {reason}') from error
+        raise LaunchError(f'the parameter file {show(str(path))} is not valid YAML: {reason}') from error
     if not isinstance(content, Mapping):
-        raise LaunchError(f'the parameter file {shown(str(path))} holds no names of nodes')
+        raise LaunchError(f'the parameter file {show(str(path))} holds no names of nodes')
     nodes = dict(_by_node(content, ''))
     if not nodes:
         return evaluate_dictionary(context, content)

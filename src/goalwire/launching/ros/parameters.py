@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from goalwire.errors import BadLaunchValueError, LaunchError, SubstitutionFailure
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.notation import parse_substitution
@@ -129,7 +129,7 @@ class ParameterFile:
             yaml.safe_load(text)
         except (yaml.YAMLError, UnicodeError) as error:
             raise SubstitutionFailure(
-                f'the parameter file {shown(str(path))} is not valid YAML: {" ".join(str(error).split())}'
+                f'the parameter file {show(str(path))} is not valid YAML: {" ".join(str(error).split())}'
             ) from error
         self._evaluated = self._written = write_temporary(context, text)
         return self._written

@@ -187,7 +187,7 @@ class ROSTimer(TimerAction):
         self._task = LaunchNode.of(context).start(self._sleep(context, seconds))
 
     async def _sleep(self, context: LaunchContext, seconds: float) -> None:
-        node = await LaunchNode.of(context).opened()
+        node = await LaunchNode.of(context).wait_open()
         for entry in context.launch_configurations.get('global_params', ()):
             if isinstance(entry, tuple) and entry[0] == 'use_sim_time':
                 node.parameters['use_sim_time'] = entry[1]

@@ -52,7 +52,7 @@ def try_shutdown(*, context: Context | None = None) -> None:
 
 def get_rmw_implementation_identifier() -> str:
     """Return the name of the wire in use, as RMW_IMPLEMENTATION spells it."""
-    return registry.selected_identifier()
+    return registry.select_identifier()
 
 
 def get_available_rmw_implementations() -> set[str]:

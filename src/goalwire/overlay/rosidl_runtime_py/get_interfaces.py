@@ -83,7 +83,7 @@ def _folder(package: str) -> str:
     """Return the folder of the definitions that an import of the package uses, else its share folder."""
     from ament_index_python.packages import get_package_share_directory
 
-    if workspace.is_package_name(package) and (found := search_path.imported_package(package, 'msg')):
+    if workspace.is_package_name(package) and (found := search_path.find_imported_package(package, 'msg')):
         return found.folder
     try:
         return get_package_share_directory(package, print_warning=False)

@@ -74,7 +74,7 @@ def multicast_ports(domain: int, ports: Ports = STANDARD) -> tuple[int, int]:
     return first + ports.multicast_discovery, first + ports.multicast_data
 
 
-def announced_addresses(
+def choose_announced_addresses(
     domain: int,
     hosts: tuple[str, ...],
     peers: tuple[str, ...] = (),
@@ -126,7 +126,7 @@ def look_up(host: str) -> str:
         raise TransportError(f"peer '{host}' is not known ({error}); give its address") from None
 
 
-def announced_hosts(hosts: tuple[str, ...], *, chosen: bool, ipv6: bool) -> tuple[str, ...]:
+def choose_announced_hosts(hosts: tuple[str, ...], *, chosen: bool, ipv6: bool) -> tuple[str, ...]:
     """Return the addresses to which a participant sends announcements for others on this machine.
 
     Cyclone DDS ignores packets from the loopback address if it uses another interface, but other

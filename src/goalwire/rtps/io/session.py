@@ -14,7 +14,7 @@ from goalwire.concurrency.poller import IN, Poller, Timer
 from goalwire.concurrency.wire_poller import SleepingThread
 from goalwire.host_addresses import LOOPBACK, LOOPBACK_V6, Interface, choose, find_interfaces
 from goalwire.reports import RejectCounters
-from goalwire.rtps.io.addresses import Reach, announced_addresses, announced_hosts, first_port
+from goalwire.rtps.io.addresses import Reach, choose_announced_addresses, choose_announced_hosts, first_port
 from goalwire.rtps.io.interface_changes import InterfaceChanges
 from goalwire.rtps.io.settings import Settings
 from goalwire.rtps.io.sockets import Sockets
@@ -89,7 +89,7 @@ class RtpsSession:
                 domain=settings.domain,
                 metatraffic=self._sockets.metatraffic,
                 default=self._sockets.default,
-                peers=self._announced(),
+                peers=self._choose_announced(),
                 own_hosts=self._own_hosts,
                 lease=int(settings.lease_s * NS),
                 user_data=settings.user_data,
@@ -134,7 +134,7 @@ class RtpsSession:
         own = frozenset({loopback, *(each.address for each in all_of_them)})
         return choose(all_of_them, settings.interfaces, settings.excluded), own
 
-    def _announced(self) -> tuple[Address, ...]:
+    def _choose_announced(self) -> tuple[Address, ...]:
         """Return the addresses to which the participant announces itself."""
         settings = self._settings
         if settings.reach is Reach.OFF:
@@ -142,8 +142,8 @@ class RtpsSession:
         hosts: tuple[str, ...] = ()
         if settings.announces_here:
             own = tuple(each.address for each in self._interfaces)
-            hosts = announced_hosts(own, chosen=bool(settings.interfaces), ipv6=settings.ipv6)
-        return announced_addresses(
+            hosts = choose_announced_hosts(own, chosen=bool(settings.interfaces), ipv6=settings.ipv6)
+        return choose_announced_addresses(
             settings.domain,
             hosts,
             settings.peers,
@@ -160,7 +160,7 @@ class RtpsSession:
         self._interfaces, self._own_hosts = found
         self._sockets.use(self._interfaces)
         self.participant.move(
-            self._sockets.metatraffic, self._sockets.default, self._announced(), self._own_hosts
+            self._sockets.metatraffic, self._sockets.default, self._choose_announced(), self._own_hosts
         )
 
     # ---- what comes

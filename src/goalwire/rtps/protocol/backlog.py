@@ -8,7 +8,7 @@ from typing import NamedTuple
 from goalwire.rtps.protocol import bounds
 from goalwire.rtps.protocol.fragments import Partial
 from goalwire.rtps.protocol.messages import DataFrag
-from goalwire.rtps.protocol.parameters import related_sample
+from goalwire.rtps.protocol.parameters import read_related_sample
 from goalwire.rtps.protocol.primitives import SampleIdentity
 from goalwire.rtps.protocol.wire import Timer, Wire
 
@@ -30,7 +30,7 @@ class Sample(NamedTuple):
     @property
     def related(self) -> SampleIdentity | None:
         """The request that this sample replies to, or the sample identity to which a reply must refer."""
-        return related_sample(self.qos) if self.qos else None
+        return read_related_sample(self.qos) if self.qos else None
 
 
 class Backlog:

@@ -158,7 +158,7 @@ def read_address(value: bytes, order: int) -> Address | None:
 _BIG_LOCATOR = struct.Struct('>iI16s')
 
 
-def related_sample(qos: bytes) -> SampleIdentity | None:
+def read_related_sample(qos: bytes) -> SampleIdentity | None:
     """Return the identity of the request that a sample's inline QoS names; None if it names no request."""
     if qos[:4] == _RELATED_HEAD and len(qos) >= 28:  # most inline QoS begins with these parameters
         guid, high, low = _IDENTITY.unpack_from(qos, 4)

@@ -185,7 +185,9 @@ class Writer:
         if self._windows.unsent_size >= MOST_UNACKNOWLEDGED_SIZE:
             return True
         is_behind = self._output.last - self._repairs.acked >= MOST_UNACKNOWLEDGED
-        return bool(self._output.reliable) and (is_behind or self._unacked_size() >= MOST_UNACKNOWLEDGED_SIZE)
+        return bool(self._output.reliable) and (
+            is_behind or self._count_unacked() >= MOST_UNACKNOWLEDGED_SIZE
+        )
 
     def _is_full_for(self, proxy: ReaderProxy) -> bool:
         """Return True if a writer with KEEP_ALL has no room for another sample to only this reader."""
@@ -205,7 +207,7 @@ class Writer:
         output = self._output
         return all(output.has_all(proxy) for proxy in tuple(output.reliable))
 
-    def _unacked_size(self) -> int:
+    def _count_unacked(self) -> int:
         if not self._is_local_history:
             return self.history.size
         changes, acked = self.history.changes, self._repairs.acked

@@ -185,13 +185,13 @@ class WriterOutput:
 
     # ---- the samples that each reader has been sent
 
-    def sent(self) -> int:
+    def find_last_sent(self) -> int:
         """Return the number of the last sample that has been sent completely."""
         return self.unsent[0].number - 1 if self.unsent else self.last
 
     def last_for(self, proxy: ReaderProxy) -> int:
         """Return the number of the last sample that a reader has been sent, or that was for other readers."""
-        return proxy.last if self.is_addressed else max(self.sent(), proxy.start - 1)
+        return proxy.last if self.is_addressed else max(self.find_last_sent(), proxy.start - 1)
 
     def heartbeat(self, proxy: ReaderProxy, *, is_final: bool = False, asserts: bool = False) -> bytes:
         """Return HEARTBEAT for one reader, after a GAP for samples that were for other readers."""

@@ -149,7 +149,7 @@ class Repairs:
     def note_acked(self) -> None:
         """Drop the samples that all reliable readers have acknowledged."""
         output = self._output
-        sent = output.sent()
+        sent = output.find_last_sent()
         self.acked = min(
             (proxy.acked if output.is_open(proxy) else sent for proxy in output.reliable), default=sent
         )

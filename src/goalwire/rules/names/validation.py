@@ -10,7 +10,7 @@ import re
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from goalwire.errors import LocalError, pointed
+from goalwire.errors import LocalError, point_at
 from goalwire.patterns import Pattern
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class InvalidName(LocalError, ValueError):
         self.name = name
         self.reason = reason
         self.index = index
-        super().__init__(pointed(kind, name, reason, index))
+        super().__init__(point_at(kind, name, reason, index))
 
 
 class UnknownSubstitution(InvalidName):

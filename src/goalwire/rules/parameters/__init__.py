@@ -3,7 +3,7 @@
 from goalwire.rules.parameters.callbacks import SetCallbacks
 from goalwire.rules.parameters.descriptor import RELATIVE_TOLERANCE, Descriptor, Range
 from goalwire.rules.parameters.listing import SEPARATOR
-from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refused
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refuse
 from goalwire.rules.parameters.parameter import Parameter, ParameterValue, Type
 from goalwire.rules.parameters.table import Changes, ParameterTable
 
@@ -21,5 +21,5 @@ __all__ = [
     'SetCallbacks',
     'Type',
     'WrongType',
-    'refused',
+    'refuse',
 ]

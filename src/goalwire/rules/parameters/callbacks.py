@@ -13,7 +13,7 @@ from typing import Protocol, TypeAlias
 
 from goalwire.errors import CallbackError
 from goalwire.places import function_place
-from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refused
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refuse
 from goalwire.rules.parameters.parameter import Parameter
 
 
@@ -33,7 +33,7 @@ Before: TypeAlias = Callable[[list[Parameter]], Iterable[Parameter]]
 On: TypeAlias = Callable[[list[Parameter]], Verdict]
 After: TypeAlias = Callable[[list[Parameter]], object]
 
-NOTHING_LEFT = refused(
+NOTHING_LEFT = refuse(
     'parameter list cannot be empty, this might be due to pre_set_parameters_callback modifying the original '
     'parameters list.'
 )
@@ -87,7 +87,7 @@ def _outcome(callback: On, parameters: list[Parameter]) -> Outcome:
         return Outcome(successful=verdict.successful, reason=verdict.reason)
     except AttributeError:
         _tell_no_answer(callback, verdict)
-        return refused(
+        return refuse(
             f"{NO_ANSWER}: '{_name(callback)}' returned {verdict!r}, "
             'not an rcl_interfaces.msg.SetParametersResult'
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Generic, NamedTuple, TypeVar
 
-from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refused
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refuse
 from goalwire.rules.parameters.parameter import Parameter, Type
 
 RELATIVE_TOLERANCE = 1e-6
@@ -56,10 +56,10 @@ class Descriptor(NamedTuple):
         """
         if not self.dynamic_typing:
             if parameter.type_ is Type.NOT_SET:
-                return refused('Static parameter cannot be undeclared') if declared else ACCEPTED
+                return refuse('Static parameter cannot be undeclared') if declared else ACCEPTED
             if parameter.type_ is not self.type:
                 reason = f"Wrong parameter type, expected '{self.type}' got '{parameter.type_}'"
-                return refused(reason, WrongType)
+                return refuse(reason, WrongType)
         value = parameter.value
         if self.integer_range and parameter.type_ is Type.INTEGER and isinstance(value, int):
             return _judge_integer(parameter.name, value, self.integer_range[0])
@@ -73,9 +73,9 @@ def _judge_integer(name: str, value: int, range_: Range[int]) -> Outcome:
     if value in {low, high}:
         return ACCEPTED
     if not low < value < high:
-        return refused(f'Parameter {name} out of range. Min: {low}, Max: {high}, value: {value}')
+        return refuse(f'Parameter {name} out of range. Min: {low}, Max: {high}, value: {value}')
     if step and (value - low) % step:
-        return refused(
+        return refuse(
             f'The parameter value for {name} is not a valid step. '
             f'Min: {low}, max: {high}, value: {value}, step: {step}'
         )
@@ -87,9 +87,9 @@ def _judge_double(name: str, value: float, range_: Range[float]) -> Outcome:
     if _near(value, low) or _near(value, high):
         return ACCEPTED
     if not low < value < high:  # this condition is also true for NaN
-        return refused(f'Parameter {name} out of range Min: {low}, Max: {high}, value: {value}')
+        return refuse(f'Parameter {name} out of range Min: {low}, Max: {high}, value: {value}')
     if step and not _near(low + round((value - low) / step) * step, value):
-        return refused(
+        return refuse(
             f'The parameter value for {name} is not close enough to a valid step. '
             f'Min: {low}, max: {high}, value: {value}, step: {step}'
         )

@@ -22,6 +22,6 @@ class WrongType(Outcome):
 ACCEPTED = Outcome(successful=True)
 
 
-def refused(reason: str, kind: type[Outcome] = Outcome) -> Outcome:
+def refuse(reason: str, kind: type[Outcome] = Outcome) -> Outcome:
     """Return a refusal."""
     return kind(successful=False, reason=reason)

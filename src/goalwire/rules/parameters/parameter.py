@@ -52,14 +52,14 @@ class Type(Enum):
             for kind, sequence in _SEQUENCES.items():
                 if all(is_kind(element, kind) for element in value):
                     return sequence
-            raise _noted(
+            raise _add_advice(
                 f"The given value is not a list of one of the allowed types '{value}'.",
                 'give all items the same type, such as [1.0, 2.0] and not [1.0, 2]',
             )
         advice = 'a parameter is a bool, int, float or str, bytes, or a list of one of these'
         if isinstance(value, Mapping):
             advice += "; declare a parameter for each item, named with a dot as in 'gains.p'"
-        raise _noted(f"The given value is not one of the allowed types '{value}'.", advice)
+        raise _add_advice(f"The given value is not one of the allowed types '{value}'.", advice)
 
     def check(self, value: object) -> bool:
         """Tell whether `value` may be the value of a parameter of this type."""
@@ -83,7 +83,7 @@ SCALARS: tuple[tuple[type, Type, Type], ...] = (
 _SEQUENCES: dict[type, Type] = {bytes: Type.BYTE_ARRAY} | {kind: several for kind, _, several in SCALARS}
 
 
-def _noted(text: str, advice: str) -> TypeError:
+def _add_advice(text: str, advice: str) -> TypeError:
     error = TypeError(text)
     error.add_note(advice)
     return error

@@ -22,7 +22,7 @@ Typed: TypeAlias = tuple[Type, ParameterValue]
 _MOST_VALUES = 1_000_000
 
 
-def typed_text(text: str) -> Typed:
+def read_typed_text(text: str) -> Typed:
     """Return the value of a YAML text with its type. A text that has no other type is a string."""
     import yaml
 
@@ -33,7 +33,7 @@ def typed_text(text: str) -> Typed:
     return typed or (Type.STRING, text)
 
 
-def typed_value(name: str, value: object) -> Typed:
+def read_typed_value(name: str, value: object) -> Typed:
     """Return a value from YAML with its type; raises FileShapeError for a value that no parameter holds."""
     if value is None:
         return Type.STRING, 'null'  # as in rclpy, null in a file is the text 'null'

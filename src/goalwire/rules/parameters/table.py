@@ -6,7 +6,7 @@ from collections.abc import ItemsView, Iterator, Mapping, Sequence, ValuesView
 from threading import Lock
 
 from goalwire.rules.parameters.descriptor import Descriptor
-from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refused
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refuse
 from goalwire.rules.parameters.parameter import Parameter, ParameterValue, Type
 
 
@@ -76,7 +76,7 @@ class ParameterTable(Mapping[str, Parameter]):
             if descriptor is None:
                 continue
             if descriptor.read_only:
-                return refused(f'Trying to set a read-only parameter: {parameter.name}.')
+                return refuse(f'Trying to set a read-only parameter: {parameter.name}.')
             outcome = descriptor.judge(parameter, declared=True)
             if not outcome.successful:
                 return outcome

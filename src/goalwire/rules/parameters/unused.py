@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.rules.arguments import ParameterFile, ParameterOverride
 from goalwire.rules.parameters.file_syntax import matches
 
@@ -64,27 +64,27 @@ class OverrideUse:
 
     def _of(self, item: ParameterOverride) -> Iterator[str]:
         rule = f'-p {item.node}:{item.name}:=…' if item.node else f'-p {item.name}:=…'
-        nodes = self._meant(item.node or '/**')
+        nodes = self._find_meant(item.node or '/**')
         if not nodes:
-            yield f"nothing used '{_short(rule)}': there was no node /{item.node}{self._made()}"
+            yield f"nothing used '{_short(rule)}': there was no node /{item.node}{self._describe_made()}"
         elif not self._is_declared(item.name, nodes):
             yield f"nothing used '{_short(rule)}': {self._undeclared([item.name], nodes)}"
 
     def _of_file(self, file: ParameterFile) -> Iterator[str]:
-        meant = {pattern: self._meant(pattern) for pattern in file.nodes}
+        meant = {pattern: self._find_meant(pattern) for pattern in file.nodes}
         if meant and not any(meant.values()):
-            made = self._made()
+            made = self._describe_made()
             yield (
-                f"nothing used '--params-file {shown(file.path)}': it is for {_some(meant)}{made}: "
+                f"nothing used '--params-file {show(file.path)}': it is for {_some(meant)}{made}: "
                 'give both the same name'
             )
         for pattern, nodes in meant.items():
             missing = [name for name in file.nodes[pattern] if not self._is_declared(name, nodes)]
             if nodes and missing and '*' not in pattern:
-                place = f"'--params-file {shown(file.path)}', {_short(pattern)}"
+                place = f"'--params-file {show(file.path)}', {_short(pattern)}"
                 yield f'nothing used all of {place}: {self._undeclared(missing, nodes)}'
 
-    def _meant(self, pattern: str) -> list[str]:
+    def _find_meant(self, pattern: str) -> list[str]:
         return [node for node in self._declared if matches(pattern, node)]
 
     def _is_declared(self, name: str, nodes: Collection[str]) -> bool:
@@ -99,12 +99,12 @@ class OverrideUse:
         who = f'{_some(nodes)} did not declare' if len(nodes) == 1 else 'no node declared'
         return f'{who} {_some(names)}{hint}'
 
-    def _made(self) -> str:
+    def _describe_made(self) -> str:
         return f'; this program made {_some(self._declared)}'
 
 
 def _short(text: str) -> str:
-    return shown(text, _LONGEST_SHOWN)
+    return show(text, _LONGEST_SHOWN)
 
 
 def _some(names: Collection[str]) -> str:

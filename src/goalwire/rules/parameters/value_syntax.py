@@ -75,14 +75,14 @@ def _integer(text: str) -> int | None:
     if hexadecimal:
         value = int(hexadecimal, 16)
     elif decimal:
-        value = _bounded_decimal(decimal)
+        value = _read_decimal(decimal)
     else:
         value = int(octal or '0', 8)
     value = -value if sign == '-' else value
     return value if value in _INT64 else None
 
 
-def _bounded_decimal(digits: str) -> int:
+def _read_decimal(digits: str) -> int:
     # Twenty digits never fit an int64, and int() raises its own error for thousands of digits.
     return int(digits[:20])
 

@@ -11,7 +11,7 @@ from functools import partial
 from goalwire.errors import TransportError
 from goalwire.security import is_asked_for
 from goalwire.transport.contract import Session, SessionOptions, Transport
-from goalwire.transport.dds.environment import CHOICE, CYCLONE, NATIVE, chosen
+from goalwire.transport.dds.environment import CHOICE, CYCLONE, NATIVE, choose_session
 
 
 def _refuse_identity(options: SessionOptions) -> None:
@@ -31,7 +31,7 @@ def _open(identifier: str, options: SessionOptions) -> Session:
     """Join a domain as the environment's variables say. Raises TransportError or ForkedError."""
     _refuse_identity(options)
     # Only the kind of session that is opened is imported: libddsc takes 12 MB.
-    if chosen() == CYCLONE:
+    if choose_session() == CYCLONE:
         from goalwire.transport.dds.cyclone import session as on_libddsc
 
         return on_libddsc.open_session(options)
@@ -46,4 +46,4 @@ IDENTIFIERS = ('rmw_fastrtps_cpp', 'rmw_cyclonedds_cpp', 'rmw_connextdds')
 TRANSPORTS = {name: Transport(name, partial(_open, name)) for name in IDENTIFIERS}
 TRANSPORT = TRANSPORTS['rmw_cyclonedds_cpp']
 
-__all__ = ['CHOICE', 'CYCLONE', 'IDENTIFIERS', 'NATIVE', 'TRANSPORT', 'TRANSPORTS', 'chosen']
+__all__ = ['CHOICE', 'CYCLONE', 'IDENTIFIERS', 'NATIVE', 'TRANSPORT', 'TRANSPORTS', 'choose_session']

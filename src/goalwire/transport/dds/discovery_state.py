@@ -246,17 +246,17 @@ class DiscoveryState:
         entity = participant.shown.pop(gid, None)
         return changes if entity is None else [*changes, (False, entity)]
 
-    def told(self, info: ParticipantInfo) -> list[Change]:
+    def learn(self, info: ParticipantInfo) -> list[Change]:
         """Take over a participant's announcement of its nodes and their endpoints."""
         participant = self._participants.get(info.gid)
         if participant is None:
             return []
         participant.speaks_ros = participant.has_told = True
         earlier = participant.nodes
-        participant.nodes = list(_identified(participant, info.nodes))
+        participant.nodes = list(_identify_nodes(participant, info.nodes))
         participant.owners = {gid: node for node in participant.nodes for gid in node.gids}
         kept = {node.entity.node_id for node in participant.nodes}
-        changes = list(self._moved(participant))
+        changes = list(self._move(participant))
         changes += [(False, node.entity) for node in earlier if node.entity.node_id not in kept]
         known = {node.entity.node_id for node in earlier}
         newcomers: list[Change] = [
@@ -285,7 +285,7 @@ class DiscoveryState:
                 changes.append(_show(participant, participant.found[gid], None))
         return changes
 
-    def _moved(self, participant: _Participant) -> Iterator[Change]:
+    def _move(self, participant: _Participant) -> Iterator[Change]:
         """Move each endpoint to the node that claims it now; hide endpoints that no node claims any more."""
         for gid, found in participant.found.items():
             owner, shown = participant.owners.get(gid), participant.shown.get(gid)
@@ -303,7 +303,7 @@ class DiscoveryState:
                 yield _show(participant, found, owner)
 
 
-def _identified(participant: _Participant, told: tuple[NodeInfo, ...]) -> Iterator[_Node]:
+def _identify_nodes(participant: _Participant, told: tuple[NodeInfo, ...]) -> Iterator[_Node]:
     """Yield the announced nodes. A known node (by name, of namesakes by endpoints) keeps its entity."""
     earlier: dict[tuple[str, str], list[_Node]] = {}
     for node in participant.nodes:

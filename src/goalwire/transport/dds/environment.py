@@ -26,7 +26,7 @@ NATIVE, CYCLONE = 'native', 'cyclone'
 """The variable that chooses the session: goalwire's own RTPS, or libddsc."""
 
 
-def chosen() -> str:
+def choose_session() -> str:
     """Return the chosen kind of session. Raises TransportError for an unknown word."""
     word = os.environ.get(CHOICE) or NATIVE
     if word not in {NATIVE, CYCLONE}:

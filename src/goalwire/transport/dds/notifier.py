@@ -33,7 +33,7 @@ class GraphNotifier:
             for change in changes:
                 self._note(change)
             watchers = self._watchers
-            shown = list(self._shown()) if self._awaited else ()
+            shown = list(self._find_shown()) if self._awaited else ()
         for watcher in watchers:
             watcher.drain()
         for node, tell in shown:
@@ -53,11 +53,11 @@ class GraphNotifier:
         """Call `tell` with an endpoint's node once the node is known: perhaps at once, perhaps never."""
         with self._lock:
             self._awaited.append((gid, tell))
-            shown = list(self._shown())
+            shown = list(self._find_shown())
         for node, told in shown:
             told(node)
 
-    def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
+    def _find_shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
         """Yield the node and the function for each awaited endpoint whose node is known now."""
         known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
         nodes = {entity.gid: entity.node for entity in known}

@@ -40,7 +40,7 @@ def resolve(entries: Iterable[str], ipv6: bool) -> dict[str, list[str] | Unusabl
             continue
         numeric = _look_up(host, ipv6, numeric=True)
         if numeric:
-            found[entry] = _checked(host, numeric, port, ipv6)
+            found[entry] = _check(host, numeric, port, ipv6)
         elif ':' in host or re.fullmatch('[0-9.]+', host):
             kind = 'IPv6' if ipv6 else 'IPv4'
             found[entry] = Unusable(f'it is no {kind} address, and {kind} is spoken here')
@@ -48,7 +48,7 @@ def resolve(entries: Iterable[str], ipv6: bool) -> dict[str, list[str] | Unusabl
             waiting.setdefault(host, []).append((entry, port))
     for host, addresses in _look_up_all(waiting, ipv6).items():
         for entry, port in waiting[host]:
-            found[entry] = _checked(host, addresses, port, ipv6)
+            found[entry] = _check(host, addresses, port, ipv6)
     for left in waiting.values():
         for entry, _ in left:
             found.setdefault(entry, Unusable(f'the name service did not answer in {RESOLVE_WITHIN:g} s'))
@@ -75,7 +75,7 @@ def _parts(entry: str, ipv6: bool) -> tuple[str, str]:
     return host, port
 
 
-def _checked(host: str, addresses: list[str], port: str, ipv6: bool) -> list[str] | Unusable:
+def _check(host: str, addresses: list[str], port: str, ipv6: bool) -> list[str] | Unusable:
     if not addresses:
         return Unusable(f"no {'IPv6' if ipv6 else 'IPv4'} address is known of '{host}'")
     if {'0.0.0.0', '::'} & set(addresses):  # noqa: S104  nothing is bound to it

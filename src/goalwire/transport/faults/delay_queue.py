@@ -114,9 +114,9 @@ class DelayQueue:
             except Exception as error:
                 report_failure('delivery under faults', error)
             if path is not None:
-                self._arrived(path)
+                self._on_arrival(path)
 
-    def _arrived(self, path: Path) -> None:
+    def _on_arrival(self, path: Path) -> None:
         with self._lock:
             number, last_due = self._under_way.get(path, (1, 0))
             if number > 1:

@@ -70,7 +70,7 @@ class Fault(ABC):
     def __post_init__(self) -> None:
         if not 0.0 <= self.rate <= 1.0:
             raise ValueError(f'the rate of a fault is a share from 0 to 1, got {self.rate}')
-        self.source, self.target = qualified(self.source), qualified(self.target)
+        self.source, self.target = qualify(self.source), qualify(self.target)
 
     def meets(self, packet: Packet) -> bool:
         """Return whether the fault applies to a packet, apart from its rate."""
@@ -96,7 +96,7 @@ class Fault(ABC):
         """Apply the fault to a packet."""
 
 
-def qualified(node: str) -> str:
+def qualify(node: str) -> str:
     """Return a node's name, or a pattern of names, with its namespace."""
     return node if node.startswith(('/', '*')) else f'/{node}'
 
@@ -237,7 +237,7 @@ class Partition(Fault):
     def __post_init__(self) -> None:
         super().__post_init__()
         to_ns(self.lease)
-        self.here, self.there = qualified(self.here), qualified(self.there)
+        self.here, self.there = qualify(self.here), qualify(self.there)
 
     def begin(self, now: int) -> None:
         """Begin the partition, and with it the lease."""
@@ -300,7 +300,7 @@ class Kill:
     _met: int = field(default=0, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.node = qualified(self.node)
+        self.node = qualify(self.node)
 
     def strikes(self, moment: Moment, packet: Packet) -> bool:
         """Count a packet that reaches `point`; return True if it is the `nth`."""

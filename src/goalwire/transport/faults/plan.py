@@ -88,7 +88,7 @@ class Plan:
 
     # -- what sessions ask ---------------------------------------------------------------------------------
 
-    def opened(self, session: Watching) -> None:
+    def add_session(self, session: Watching) -> None:
         """Add a session that was opened."""
         with self._lock:
             self._sessions += (session,)

@@ -296,7 +296,7 @@ class Arrival:
         self._copies = 0
         self._is_answered = False
 
-    def copied(self) -> None:
+    def note_copy(self) -> None:
         """Count one more copy of the request that the server holds."""
         with self._lock:
             self._copies += 1
@@ -341,7 +341,7 @@ class FaultyRequest(Request):
         self.sample = sample
         self._arrival = arrival
         self._is_answered = False
-        arrival.copied()
+        arrival.note_copy()
 
     def reply(self, payload: bytes) -> None:
         """Answer. Raises LocalError the second time."""

@@ -136,7 +136,7 @@ class FaultySession(Session):
         except BaseException:
             inner.close()
             raise
-        faults.opened(self)
+        faults.add_session(self)
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""

@@ -61,13 +61,13 @@ def parse(text: str) -> Faults:
 def _fault(part: str, words: list[str]) -> AnyFault:
     kind = _KINDS.get(words[0])
     if kind is None:
-        raise _refused(part, f"there is no '{words[0]}'; choose one of: seed, {', '.join(_KINDS)}")
+        raise _refuse(part, f"there is no '{words[0]}'; choose one of: seed, {', '.join(_KINDS)}")
     values = [_value(word) for word in words[1:] if '=' not in word]
     named = {name: _value(text) for name, sign, text in (word.partition('=') for word in words[1:]) if sign}
     try:
         return kind(*values, **named)
     except (TypeError, ValueError) as error:
-        raise _refused(part, str(error)) from None
+        raise _refuse(part, str(error)) from None
 
 
 def _value(word: str) -> Value:
@@ -81,5 +81,5 @@ def _value(word: str) -> Value:
     return word
 
 
-def _refused(part: str, problem: str) -> TransportError:
+def _refuse(part: str, problem: str) -> TransportError:
     return TransportError(f"GOALWIRE_FAULTS: '{part}': {problem}")

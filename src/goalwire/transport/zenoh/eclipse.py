@@ -179,7 +179,7 @@ class _Asked:
         """Cancels the query at once; without such a token zenoh keeps the query until its timeout."""
         in_flight.enter(self)
 
-    def replied(self, reply: zenoh.Reply) -> None:
+    def on_reply(self, reply: zenoh.Reply) -> None:
         """Deliver a reply. Runs on zenoh's thread, or on the caller's within one session."""
         keep_thread_state()
         if reply.ok is not None:
@@ -187,7 +187,7 @@ class _Asked:
         elif reply.err is not None:
             self._on_answer(ReplyError(reply.err.payload.to_bytes()))
 
-    def dropped(self) -> None:
+    def on_drop(self) -> None:
         """End the query: zenoh has released it, so no reply can come any more."""
         keep_thread_state()
         try:
@@ -216,7 +216,7 @@ class _Querier(wire.Querier):
         asked = _Asked(self._in_flight, on_answer, on_end)
         try:
             get(
-                handler=Callback(asked.replied, drop=asked.dropped, indirect=False),
+                handler=Callback(asked.on_reply, drop=asked.on_drop, indirect=False),
                 payload=payload,
                 attachment=attachment,
                 cancellation_token=asked.token,
@@ -424,7 +424,7 @@ class EclipseWire(wire.Wire):
         try:
             self._zenoh.get(
                 f'{key}?{parameters}',
-                Callback(asked.replied, drop=asked.dropped, indirect=False),
+                Callback(asked.on_reply, drop=asked.on_drop, indirect=False),
                 target=zenoh.QueryTarget.ALL,
                 consolidation=zenoh.ConsolidationMode.NONE,
                 accept_replies=zenoh.ReplyKeyExpr.ANY,

@@ -23,7 +23,7 @@ from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 from goalwire.security.refusals import Refusals
 from goalwire.security.renewal_thread import RenewalThread, is_possible
-from goalwire.security.revocation import load_revoked, why_refused
+from goalwire.security.revocation import load_revocations, why_refused
 from goalwire.transport.zenoh import questions
 from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.questions import Question
@@ -58,7 +58,7 @@ class SessionSecurity:
         self._files = (self._policy_path, self._revoked_path, chosen.identity_path)
         self._seen = look_at(self._files)
         self._policy = load_policy(self._policy_path)
-        self._revoked = load_revoked(self._revoked_path)
+        self._revoked = load_revocations(self._revoked_path)
         self._audit_path = audit.log_path(chosen.folder, chosen.name)
         self._is_audit_lost = False
         self._unwritten: deque[dict[str, str]] = deque()
@@ -109,7 +109,7 @@ class SessionSecurity:
             self._tell(policy, who, act, key, reason)
         if not policy.is_enforced:
             return ''
-        return reasons.denied(self._in_short(policy, reason))
+        return reasons.explain_denial(self._in_short(policy, reason))
 
     def _in_short(self, policy: Policy, reason: str) -> str:
         """Return a reason without the path of the policy."""
@@ -213,7 +213,7 @@ class SessionSecurity:
         from goalwire.logging import get_logger
 
         try:
-            policy, revoked = load_policy(self._policy_path), load_revoked(self._revoked_path)
+            policy, revoked = load_policy(self._policy_path), load_revocations(self._revoked_path)
         except SecurityError as error:
             get_logger(LOGGER).error(f'the keystore has changed, and the old one holds on: {error}')
             return

@@ -29,10 +29,10 @@ def open_zenoh(configuration: Configuration) -> zenoh.Session:
     Raises zenoh.ZError if that fails, TransportError for a configuration that zenoh cannot use, and
     ForkedError in a child whose parent had opened one.
     """
-    return threads.open_session(_loaded(configuration))
+    return threads.open_session(_load(configuration))
 
 
-def _loaded(configuration: Configuration) -> zenoh.Config:
+def _load(configuration: Configuration) -> zenoh.Config:
     text = json.dumps(configuration.values)
     if _LOCALHOST in text and not is_localhost_known():
         text = text.replace(_LOCALHOST, _LOCALHOST.replace('localhost', LOOPBACK))

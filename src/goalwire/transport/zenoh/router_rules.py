@@ -82,7 +82,7 @@ def _paths(grant: Grant) -> Iterator[str]:
         yield f'{domain}/{path}'
 
 
-def _mangled(pattern: str) -> list[str]:
+def _mangle(pattern: str) -> list[str]:
     """Return expressions for the chunk of a token that holds a name, in which '%' replaces each slash.
 
     No wildcard inside a chunk stands for "one or more characters except '%'". So '/*/b' matches also the
@@ -102,20 +102,20 @@ def _tokens(grant: Grant, codes: str, suffix: str = '') -> Iterator[str]:
     """Yield the key expressions of the liveliness tokens of endpoints whose names a grant covers."""
     for domain in grant.domains or ('*',):
         for code in codes.split():
-            for name in _mangled(grant.pattern + suffix):
+            for name in _mangle(grant.pattern + suffix):
                 yield f'{_GRAPH}/{domain}/*/*/*/{code}/*/*/*/{name}/**'
 
 
 def _nodes(grant: Grant, codes: str = '*') -> Iterator[str]:
     """Yield the key expressions of the liveliness tokens of a grant's nodes, and of their endpoints."""
     space, _, name = grant.pattern.rpartition('/')
-    places = [(namespace, name.replace('*', '$*') if name != '*' else '*') for namespace in _mangled(space)]
+    places = [(namespace, name.replace('*', '$*') if name != '*' else '*') for namespace in _mangle(space)]
     if name == '**':
-        below = [namespace for each in _mangled(space) for namespace in (each, f'{each.rstrip("%")}%$*')]
+        below = [namespace for each in _mangle(space) for namespace in (each, f'{each.rstrip("%")}%$*')]
         places = [(namespace, '*') for namespace in below]
         if space:  # /arm/** covers the node /arm, too
             above, _, own = space.rpartition('/')
-            places += [(namespace, own.replace('*', '$*')) for namespace in _mangled(above)]
+            places += [(namespace, own.replace('*', '$*')) for namespace in _mangle(above)]
     for domain in grant.domains or ('*',):
         for namespace, node in places:
             yield f'{_GRAPH}/{domain}/*/*/*/{codes}/*/{namespace}/{node}/**'

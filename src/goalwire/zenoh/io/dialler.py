@@ -200,14 +200,14 @@ class Dial:
             except OSError as error:
                 self.error = str(error)
                 found = []
-            self._poller.call(lambda: self._found(found))
+            self._poller.call(lambda: self._on_found(found))
 
         if self._look_ups is None:
             Thread(target=ask, name=f'look up {endpoint.host}', daemon=True).start()
         else:
             self._look_ups.add(ask)
 
-    def _found(self, addresses: list[tuple[socket.AddressFamily, Any]]) -> None:
+    def _on_found(self, addresses: list[tuple[socket.AddressFamily, Any]]) -> None:
         self._addresses = addresses
         self._next()
 
@@ -289,12 +289,12 @@ class Dial:
             self.failed_rounds = 0
             self._timer = self._poller.call_later(self._pause, self.start)
 
-    def refused(self) -> None:
+    def note_refusal(self) -> None:
         """Count the round as failed, since the other side has ended the handshake."""
         if not self.is_over:
             self._pause_after_round()
 
-    def worked(self) -> None:
+    def note_success(self) -> None:
         """Take note that the link is up: failures are counted from 0 again."""
         self.is_up = True
         self._give_slot()

@@ -88,7 +88,7 @@ class Dials:
         """Take note that a link is up; another dial for the same session ends."""
         dial = self._dialled.get(link)
         if dial is not None:
-            dial.worked()
+            dial.note_success()
         other = self._dials.get(link.zid)
         if other is not None and other is not dial:
             other.close()
@@ -108,7 +108,7 @@ class Dials:
         if link.terms is not None:
             dial.try_again()
         else:
-            dial.refused()
+            dial.note_refusal()
 
     def node_to_meet(self, zid: bytes) -> Node | None:
         """Return a lost node if this side has to dial it again; else forget it, since it dials this side."""

@@ -296,7 +296,7 @@ class SendQueue:
         frame.parts[0] = frame.size.to_bytes(2, 'little')
         return (b''.join(frame.parts),)
 
-    def written(self, size: int) -> None:
+    def note_written(self, size: int) -> None:
         """Remove the first `size` bytes of `next_buffers`: the socket has taken them."""
         self.size -= size
         self._begun_size -= size

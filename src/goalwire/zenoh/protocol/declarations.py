@@ -139,7 +139,7 @@ def read_declaration(reader: Reader) -> Declaration:
 
 def _read_key(reader: Reader, flags: int) -> tuple[int, str]:
     scope = reader.z(16)
-    return scope, decode_text(reader.sized()) if flags & IS_NAMED else ''
+    return scope, decode_text(reader.take_sized()) if flags & IS_NAMED else ''
 
 
 class About(IntFlag):

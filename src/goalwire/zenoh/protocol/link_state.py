@@ -75,7 +75,7 @@ class LinkStates:
         if form == _NUMBER:
             reader.z()
         elif form == _DATA:
-            body = reader.sized()
+            body = reader.take_sized()
             if about == _LINK_STATE:
                 return self._read_nodes(Reader(body))
         elif form:

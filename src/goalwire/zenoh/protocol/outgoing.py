@@ -355,7 +355,7 @@ class Outgoing:
             # one bytecode stores the result: a signal's handler may raise only after it
             queue.taken = self._connection.write_many(queue.next_buffers(_AT_ONCE))
             is_full = not queue.taken
-            queue.written(queue.taken)
+            queue.note_written(queue.taken)
             if is_full:
                 return False
         if self._retired:

@@ -162,7 +162,7 @@ class OwnEntities:
         if not wish.when:
             return
         out: list[bytes] = []
-        is_known = not wish.has_key or peer.key_wanted(wish) is not None
+        is_known = not wish.has_key or peer.find_key(wish) is not None
         if link.role is Role.CLIENT and is_known:
             if wish.when & When.FUTURE:
                 peer.add_interest(wish)

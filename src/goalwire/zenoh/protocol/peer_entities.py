@@ -157,10 +157,10 @@ class PeerEntities:
         """Return whether an interest asks for entities on a key. Without a key an interest asks for all."""
         if not wish.has_key:
             return True
-        wanted = self.key_wanted(wish)
+        wanted = self.find_key(wish)
         return wanted is not None and intersects(wanted, key)
 
-    def key_wanted(self, wish: Interest) -> str | None:
+    def find_key(self, wish: Interest) -> str | None:
         """Return the key that an interest names; None for an unknown number, or beyond the bounds."""
         return self.key_of(wish.scope, wish.suffix, wish.is_senders)
 

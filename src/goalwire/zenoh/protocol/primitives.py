@@ -146,13 +146,13 @@ class Reader:
         self.at = at + size
         return self.data[at : self.at]
 
-    def sized(self) -> bytes:
+    def take_sized(self) -> bytes:
         """Take data with their length before them."""
         return self.take(self.z(32))
 
     def text(self) -> str:
         """Take a text."""
-        return decode_text(self.sized())
+        return decode_text(self.take_sized())
 
     def zid(self, size: int | None = None) -> bytes:
         """Take a Zenoh id of `size` bytes; without `size`, its length stands before it."""
@@ -172,7 +172,7 @@ class Reader:
             if form == NUMBER_FORM:
                 value = self.z()
             elif form == DATA_FORM:
-                value = self.sized()
+                value = self.take_sized()
             elif form:
                 raise ZenohProtocolError(f'extension 0x{header:02x} has a form that does not exist')
             if header & EXTENSION in known:

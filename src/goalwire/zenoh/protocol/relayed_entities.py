@@ -88,7 +88,7 @@ class RelayedEntities:
         if not wish.when:
             return
         out: list[bytes] = []
-        if not wish.has_key or peer.key_wanted(wish) is not None:
+        if not wish.has_key or peer.find_key(wish) is not None:
             if wish.when & When.FUTURE:
                 peer.add_interest(wish)
             if wish.when & When.PRESENT:

@@ -64,7 +64,7 @@ def _tell_of_message(witness: Witness, sample: Sample) -> None:
     witness(sample.payload)
 
 
-def _told_of(queryable: Queryable, witness: Witness) -> Queryable:
+def _tell_witness(queryable: Queryable, witness: Witness) -> Queryable:
     """Return a stand-in for a queryable: it calls the witness with each query before the queryable."""
     answer = queryable.callback
 
@@ -200,7 +200,7 @@ class Routes:
             if refusal:
                 found = (_refuser(link, refusal, found[0]),)
             elif found and (witness := _witness_of(link, Act.QUERY, key)):
-                found = (_told_of(found[0], witness), *found[1:])
+                found = (_tell_witness(found[0], witness), *found[1:])
             answerers = Answerers(key, found)
             if len(suffix) > bounds.KEPT_KEY:
                 return

@@ -435,7 +435,7 @@ class Querier:
         session = self._session
         version = session.routes.version
         own = session.routes.queryables.meeting(self._key) if self._asks_own else []
-        asked = self._links_asked()
+        asked = self._find_links()
         links = [(link, link.peer.queryables.meeting(self._key)) for link in asked]
         # Links that have not sent all their declarations are asked in any case: they may have a queryable.
         if self._target == Target.BEST_MATCHING:
@@ -451,14 +451,14 @@ class Querier:
             ]
         self._own = tuple(queryable for _, queryable in own)
         self._links = tuple(
-            self._asked(link, name)
+            self._ask(link, name)
             for link, queryables in links
             if queryables or (not link.peer.knows_all and not link.refusal(Act.REPLY, self._key))
         )
         if is_final:  # set last: other threads only check the version before they ask
             self._version = version
 
-    def _links_asked(self) -> tuple[Link, ...]:
+    def _find_links(self) -> tuple[Link, ...]:
         links, wanted = self._session.links, self._session_asked
         if wanted == self._session.id:
             return ()
@@ -484,7 +484,7 @@ class Querier:
         ]
         return links[min(complete)[1]][0] if complete else None
 
-    def _asked(self, link: Link, name_key: Namer) -> _Asked:
+    def _ask(self, link: Link, name_key: Namer) -> _Asked:
         name = name_key(self._session, link, self._key)
         return _Asked(link, bytes((REQUEST | MORE | name.flags,)), name.encoded)
 

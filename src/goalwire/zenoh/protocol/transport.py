@@ -116,7 +116,7 @@ class Init:
             raise ZenohProtocolError(f'it wants request ids of another size (0x{sizes:02x})', UNSUPPORTED)
         cookie = None
         if header & IS_ANSWER:
-            cookie = reader.sized()
+            cookie = reader.take_sized()
             if len(cookie) > MAX_COOKIE:
                 raise ZenohProtocolError(f'a cookie of {len(cookie)} bytes')
         found = reader.extensions({QOS, PATCH, EXTENSION_OF_INIT}) if header & MORE else {}
@@ -157,7 +157,7 @@ class Open:
         first_number = reader.z()
         if first_number >> 28:
             raise ZenohProtocolError(f'first sequence number {first_number} has more than 28 bits')
-        cookie = None if header & IS_ANSWER else reader.sized()
+        cookie = None if header & IS_ANSWER else reader.take_sized()
         found = reader.extensions({NUMBER_IN_OPEN, DATA_IN_OPEN}) if header & MORE else {}
         return cls(lease, first_number, cookie, found.get(DATA_IN_OPEN, found.get(NUMBER_IN_OPEN)))
 

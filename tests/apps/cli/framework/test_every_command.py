@@ -14,7 +14,7 @@ from helpers.markdown import DOCS, rows
 
 from goalwire.apps.cli.framework import nouns
 from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.apps.cli.framework.output import escaped, json_text
+from goalwire.apps.cli.framework.output import escape, json_text
 
 
 @pytest.fixture(scope='module', params=['rmw_zenoh_cpp'])
@@ -144,8 +144,8 @@ def test_the_page_names_every_exit_code() -> None:
 
 
 def test_what_peers_send_reaches_no_terminal_unescaped() -> None:
-    assert escaped('a\x1b[31m\tb\nc\x07\x9b') == 'a\\x1b[31m\tb\nc\\x07\\x9b'
-    assert escaped('\u202egro.elpmaxe') == '\\u202egro.elpmaxe'
+    assert escape('a\x1b[31m\tb\nc\x07\x9b') == 'a\\x1b[31m\tb\nc\\x07\\x9b'
+    assert escape('\u202egro.elpmaxe') == '\\u202egro.elpmaxe'
     assert json_text({'a': '\x9b\x1b', 'b': [float('nan'), float('-inf')]}) == (
         '{"a": "\\u009b\\u001b", "b": ["NaN", "-Infinity"]}'
     )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from random import Random
 
-from goalwire.zenoh.io.shared_memory.allocator import ALIGNMENT, Allocator, rounded
+from goalwire.zenoh.io.shared_memory.allocator import ALIGNMENT, Allocator, round_up
 
 
 def test_the_lowest_place_that_fits_is_taken() -> None:
     places = Allocator(1 << 20)
     first, second = places.take(1000), places.take(1000)
-    assert (first, second) == (0, rounded(1000))
+    assert (first, second) == (0, round_up(1000))
     places.give(0, 1000)
-    assert places.take(2000) == 2 * rounded(1000)
+    assert places.take(2000) == 2 * round_up(1000)
     assert places.take(900) == 0
 
 

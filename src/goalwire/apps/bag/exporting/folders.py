@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from goalwire.errors import BagError
-from goalwire.files import shown
+from goalwire.files import show
 from goalwire.records import record
 
 
@@ -25,7 +25,7 @@ def new_folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True)
     except FileExistsError:
-        raise BagError(f"'{shown(str(path))}' exists already; choose another folder") from None
+        raise BagError(f"'{show(str(path))}' exists already; choose another folder") from None
     return path
 
 

@@ -77,14 +77,14 @@ def _free_path(folder: Path, time: int, suffix: str) -> Path:
 def file_of(message: Any) -> tuple[str, bytes]:
     """Return the suffix and the bytes of a picture's file; raises ValueError for an unusable picture."""
     if hasattr(message, 'format'):
-        return _compressed(bytes(message.data), message.format)
+        return _read_compressed(bytes(message.data), message.format)
     try:
         return 'png', png(_pixels(message))
     except CvBridgeError as error:
         raise ValueError(peer_text(error)) from None
 
 
-def _compressed(data: bytes, stated: str) -> tuple[str, bytes]:
+def _read_compressed(data: bytes, stated: str) -> tuple[str, bytes]:
     if 'compressedDepth' in stated:
         if not stated.startswith('16UC1'):
             raise ValueError(f'{peer_text(stated, 60)}: depths of this format are not written')

@@ -43,9 +43,9 @@ class Connections:
         self._told = now
         self._client.send(
             'connectionGraphUpdate',
-            publishedTopics=_changed(before, now, EndpointKind.PUBLISHER, 'publisherIds'),
-            subscribedTopics=_changed(before, now, EndpointKind.SUBSCRIPTION, 'subscriberIds'),
-            advertisedServices=_changed(before, now, EndpointKind.SERVICE, 'providerIds'),
+            publishedTopics=_find_changes(before, now, EndpointKind.PUBLISHER, 'publisherIds'),
+            subscribedTopics=_find_changes(before, now, EndpointKind.SUBSCRIPTION, 'subscriberIds'),
+            advertisedServices=_find_changes(before, now, EndpointKind.SERVICE, 'providerIds'),
             removedTopics=sorted(gone),
             removedServices=sorted(before[EndpointKind.SERVICE].keys() - now[EndpointKind.SERVICE].keys()),
         )
@@ -60,7 +60,7 @@ class Connections:
         return {name: sorted(nodes) for name, nodes in found.items()}
 
 
-def _changed(
+def _find_changes(
     before: dict[EndpointKind, dict[str, list[str]]],
     now: dict[EndpointKind, dict[str, list[str]]],
     kind: EndpointKind,

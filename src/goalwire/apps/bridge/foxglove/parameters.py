@@ -40,7 +40,7 @@ class Parameters:
             except CallError:
                 continue  # The node has left the graph.
             found += [
-                _shown(f'{node}.{name}', value) for name, value in values.items() if self._allows(node, name)
+                _show(f'{node}.{name}', value) for name, value in values.items() if self._allows(node, name)
             ]
         about = {} if request is None else {'id': request}
         self._client.send('parameterValues', parameters=found, **about)
@@ -94,7 +94,7 @@ class Parameters:
         """Send changed parameters to the client."""
         event = arrival.message
         changed = [
-            _shown(f'{event.node}.{each.name}', each.value)
+            _show(f'{event.node}.{each.name}', each.value)
             for each in (*event.new_parameters, *event.changed_parameters)
             if f'{event.node}.{each.name}' in self._followed and self._allows(event.node, each.name)
         ]
@@ -107,7 +107,7 @@ class Parameters:
             self._stop()
 
 
-def _shown(name: str, message: Any) -> dict[str, Any]:
+def _show(name: str, message: Any) -> dict[str, Any]:
     value = value_of(message)
     if isinstance(value, list) and value and isinstance(value[0], bytes):
         return {'name': name, 'type': 'byte_array', 'value': b64encode(b''.join(value)).decode('ascii')}

@@ -79,7 +79,7 @@ class RosApi:
 
     # -- topics ----------------------------------------------------------------------------------------------
 
-    def _seen_topics(self) -> NamesAndTypes:
+    def _list_topics(self) -> NamesAndTypes:
         return [
             (name, types)
             for name, types in self._hub.node.graph.topics()
@@ -87,11 +87,11 @@ class RosApi:
         ]
 
     async def _topics(self, _args: Fields) -> dict[str, Any]:
-        topics = self._seen_topics()
+        topics = self._list_topics()
         return {'topics': [name for name, _ in topics], 'types': [types[0] for _, types in topics]}
 
     async def _topics_for_type(self, args: Fields) -> dict[str, Any]:
-        return {'topics': _of_type(self._seen_topics(), full_type_name(args['type'], 'msg'))}
+        return {'topics': _of_type(self._list_topics(), full_type_name(args['type'], 'msg'))}
 
     async def _raw_types(self, args: Fields) -> dict[str, Any]:
         answer = await self._topics(args)
@@ -99,7 +99,7 @@ class RosApi:
         return answer | {'typedefs_full_text': texts}
 
     async def _topic_type(self, args: Fields) -> dict[str, Any]:
-        return {'type': dict(self._seen_topics()).get(full_name(args['topic']), [''])[0]}
+        return {'type': dict(self._list_topics()).get(full_name(args['topic']), [''])[0]}
 
     async def _publishers(self, args: Fields) -> dict[str, Any]:
         return {'publishers': self._nodes_of(EndpointKind.PUBLISHER, args['topic'])}
@@ -119,7 +119,7 @@ class RosApi:
 
     # -- services and actions --------------------------------------------------------------------------------
 
-    def _seen_services(self) -> NamesAndTypes:
+    def _list_services(self) -> NamesAndTypes:
         return [
             (name, types)
             for name, types in self._hub.node.graph.served()
@@ -127,13 +127,13 @@ class RosApi:
         ]
 
     async def _services_there(self, _args: Fields) -> dict[str, Any]:
-        return {'services': [name for name, _ in self._seen_services()]}
+        return {'services': [name for name, _ in self._list_services()]}
 
     async def _services_for_type(self, args: Fields) -> dict[str, Any]:
-        return {'services': _of_type(self._seen_services(), full_type_name(args['type'], 'srv'))}
+        return {'services': _of_type(self._list_services(), full_type_name(args['type'], 'srv'))}
 
     async def _service_type(self, args: Fields) -> dict[str, Any]:
-        return {'type': dict(self._seen_services()).get(full_name(args['service']), [''])[0]}
+        return {'type': dict(self._list_services()).get(full_name(args['service']), [''])[0]}
 
     async def _providers(self, args: Fields) -> dict[str, Any]:
         return {'providers': self._nodes_of(EndpointKind.SERVICE, args['service'])}

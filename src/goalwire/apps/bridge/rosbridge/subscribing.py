@@ -34,7 +34,7 @@ class _Wish:
     compression: str
 
 
-def _combined(wishes: Sequence[_Wish]) -> _Wish:
+def _combine(wishes: Sequence[_Wish]) -> _Wish:
     """Return the options that serve all of a client's subscriptions to one topic, as the protocol says."""
     sizes = [wish.fragment_size for wish in wishes if wish.fragment_size is not None]
     ranks = ('none', 'png', 'cbor', 'cbor-raw')
@@ -120,7 +120,7 @@ class _Subscription:
 
     def adapt(self) -> None:
         """Combine the options of the client's subscriptions again, after one has begun or ended."""
-        self._wish = _combined(list(self.wishes.values()))
+        self._wish = _combine(list(self.wishes.values()))
         self._waiting = deque(self._waiting, maxlen=max(1, self._wish.queue_length))
 
     def take(self, arrival: Arrival) -> None:

@@ -88,10 +88,10 @@ def _cbor_writer(type_: FieldType) -> Callable[[Any], Any]:
         return bytes
     if base not in _TAGS:
         return list
-    return lambda items: _typed_array(base, items)
+    return lambda items: _make_typed_array(base, items)
 
 
-def _typed_array(base: str, items: Any) -> Any:
+def _make_typed_array(base: str, items: Any) -> Any:
     from cbor2 import CBORTag
 
     if base == 'byte':

@@ -142,7 +142,7 @@ def _lines(name: str, *, comments: bool, nested: bool, level: int) -> Iterator[s
             if field_type and comment:
                 line = line[: line.index('#', len(line) - len(comment))].strip()
         yield '\t' * level + line if line else ''
-        inner = _nested_type(field_type, package)
+        inner = _find_nested_type(field_type, package)
         if inner is not None:
             yield from _lines(inner, comments=nested, nested=nested, level=level + 1)
 
@@ -182,7 +182,7 @@ _PRIMITIVES = frozenset(
 )
 
 
-def _nested_type(field_type: str, package: str) -> str | None:
+def _find_nested_type(field_type: str, package: str) -> str | None:
     base = field_type.partition('[')[0].partition('<')[0]
     if not base or base in _PRIMITIVES:
         return None

@@ -19,7 +19,7 @@ def _name_argument(parser: ArgumentParser) -> None:
     parser.add_argument('package_name', help='Name of the package')
 
 
-def _not_found(arguments: Namespace, error: Exception) -> CommandError:
+def _explain_not_found(arguments: Namespace, error: Exception) -> CommandError:
     return CommandError(Outcome.NOT_FOUND, f'{arguments.prog}: {error}')
 
 
@@ -47,7 +47,7 @@ def _prefix(arguments: Namespace, output: Output) -> None:
         find = packages.share if arguments.share else packages.prefix
         found = find(arguments.package_name)
     except NoSuchPackageError as error:
-        raise _not_found(arguments, error) from error
+        raise _explain_not_found(arguments, error) from error
     if output.json:
         output.data({'package': arguments.package_name, 'share' if arguments.share else 'prefix': found})
     else:
@@ -68,7 +68,7 @@ def _executables(arguments: Namespace, output: Output) -> None:
         try:
             paths = packages.executables(name)
         except NoSuchPackageError as error:
-            raise _not_found(arguments, error) from error
+            raise _explain_not_found(arguments, error) from error
         for path in paths:
             base = os.path.basename(path)
             if output.json:
@@ -86,23 +86,23 @@ def _xml_arguments(parser: ArgumentParser) -> None:
 
 def _xml(arguments: Namespace, output: Output) -> None:
     from goalwire.errors import NoSuchPackageError
-    from goalwire.files import read_regular, shown
+    from goalwire.files import read_regular, show
     from goalwire.launching import packages
 
     try:
         path = os.path.join(packages.share(arguments.package_name), 'package.xml')
     except NoSuchPackageError as error:
-        raise _not_found(arguments, error) from error
+        raise _explain_not_found(arguments, error) from error
     try:
         text = read_regular(path, 2**20).decode('utf-8', 'replace')
     except OSError as error:
         problem = f"{arguments.prog}: package '{arguments.package_name}' has no readable package.xml"
-        raise CommandError(Outcome.NOT_FOUND, f'{problem}: {shown(path)}: {error.strerror}') from error
+        raise CommandError(Outcome.NOT_FOUND, f'{problem}: {show(path)}: {error.strerror}') from error
     if arguments.tag:
         found = _texts(text, arguments.tag, path)
         if not found:
             raise CommandError(
-                Outcome.NOT_FOUND, f"{arguments.prog}: there is no tag '{arguments.tag}' in {shown(path)}"
+                Outcome.NOT_FOUND, f"{arguments.prog}: there is no tag '{arguments.tag}' in {show(path)}"
             )
         text = '\n'.join(found)
     if output.json:

@@ -106,7 +106,7 @@ def _wait(ended: Event, identity: Chosen | None) -> None:
         return
     from goalwire.security.changes import look_at
     from goalwire.security.policy_file import load_policy
-    from goalwire.security.revocation import load_revoked
+    from goalwire.security.revocation import load_revocations
 
     policy = identity.folder / 'policy.toml'
     files = (policy, identity.folder / 'revoked.toml', identity.identity_path)
@@ -117,7 +117,7 @@ def _wait(ended: Event, identity: Chosen | None) -> None:
             seen = now
             try:
                 load_policy(policy)
-                load_revoked(files[1])
+                load_revocations(files[1])
             except SecurityError as error:
                 tell(f'the keystore has changed, and the old one holds on: {error}')
                 continue

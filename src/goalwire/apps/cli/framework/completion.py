@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.nouns import NOUNS, load
 from goalwire.apps.cli.framework.outcome import CommandError
-from goalwire.apps.cli.framework.shell_scripts import SCRIPTS, is_plain, quoted, words_of
+from goalwire.apps.cli.framework.shell_scripts import SCRIPTS, is_plain, quote_words, words_of
 from goalwire.apps.cli.framework.verbs import Noun, Verb, verb_parser
 from goalwire.patterns import Pattern
 
@@ -32,7 +32,7 @@ def completions(shell: str, arguments: Sequence[str]) -> list[str]:
     if shell not in SCRIPTS:
         return [each for each in complete([shell, *arguments]) if is_plain(each)]
     words = words_of(shell, arguments)
-    return [] if words is None else list(quoted(shell, complete(words)))
+    return [] if words is None else list(quote_words(shell, complete(words)))
 
 
 def complete(words: Sequence[str]) -> list[str]:

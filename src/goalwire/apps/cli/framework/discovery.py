@@ -16,10 +16,10 @@ from threading import Condition
 from time import monotonic
 from typing import TYPE_CHECKING, Self
 
-from goalwire.apps.cli.framework.interrupts import raised
+from goalwire.apps.cli.framework.interrupts import raise_interrupts
 from goalwire.apps.cli.framework.numbers import seconds
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
-from goalwire.apps.cli.framework.robots import SEE, chosen_robot, chosen_view
+from goalwire.apps.cli.framework.robots import SEE, find_robot, find_view
 from goalwire.errors import NoRobotError
 
 if TYPE_CHECKING:
@@ -87,11 +87,11 @@ def discovered(
     from goalwire.graph.graph import Graph
     from goalwire.graph.scope import within
 
-    robot = '' if view is not None else chosen_robot()
-    view = view or chosen_view()
+    robot = '' if view is not None else find_robot()
+    view = view or find_view()
 
     # `raised` begins after `_open_session`, whose imports must not be interrupted.
-    with closing(_open_session(view)) as session, raised():
+    with closing(_open_session(view)) as session, raise_interrupts():
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )

@@ -64,10 +64,10 @@ def explain_error(error: Exception) -> tuple[Outcome, str]:
 
 def _beside_another_rclpy(error: Exception) -> str:
     """Return advice for an error in another rclpy, or for a ROS 2 module that cannot be imported."""
-    from goalwire.apps.cli.framework.installation import foreign_rclpy, imported_rclpy, is_of_ros
+    from goalwire.apps.cli.framework.installation import find_rclpy, foreign_rclpy, is_of_ros
 
     rclpy = foreign_rclpy()
-    if rclpy is None or rclpy != imported_rclpy():
+    if rclpy is None or rclpy != find_rclpy():
         return ''
     innermost = [frame.filename for frame in extract_tb(error.__traceback__)][-1:]
     is_theirs = any(Path(file).is_relative_to(rclpy.parent) and not is_library(file) for file in innermost)

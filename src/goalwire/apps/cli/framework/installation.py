@@ -20,7 +20,7 @@ CODE = Path(goalwire.__file__).resolve().parent
 _OVERLAY = Path(hook.OVERLAY).resolve()
 
 
-def imported_rclpy() -> Path | None:
+def find_rclpy() -> Path | None:
     """Return the folder of the rclpy that `import rclpy` takes here; None if it finds none."""
     return _folder_of(find_spec('rclpy'))
 
@@ -54,7 +54,7 @@ def other_overlays() -> list[Path]:
     return [Path(entry) for entry in sys.path if is_other_overlay(Path(entry))]
 
 
-def installed() -> list[Distribution]:
+def find_installed() -> list[Distribution]:
     """Return the distributions of goalwire in sys.path, each once; Python imports the first."""
     by_place: dict[Path, Distribution] = {}
     for distribution in distributions(name='goalwire'):
@@ -67,7 +67,7 @@ def place_of(distribution: Distribution) -> Path:
     return Path(str(distribution.locate_file(''))).resolve()
 
 
-def brought_imported_code(distribution: Distribution) -> bool:
+def is_imported(distribution: Distribution) -> bool:
     """Return whether the goalwire that this process imports is that of a distribution."""
     return any(CODE.is_relative_to(source.resolve()) for source in _sources(distribution))
 

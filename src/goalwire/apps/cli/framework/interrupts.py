@@ -22,7 +22,7 @@ def end_at_once() -> None:
 
 
 @contextmanager
-def raised() -> Iterator[None]:
+def raise_interrupts() -> Iterator[None]:
     """Let Ctrl-C raise KeyboardInterrupt in the block, so that the block closes what it has opened."""
     if signal.getsignal(signal.SIGINT) is not _end:
         yield

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import goalwire
 from goalwire.apps.cli.framework.discovery import MISSING_S, robots_there, unknown_robot
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
-from goalwire.apps.cli.framework.robots import chosen_robot
+from goalwire.apps.cli.framework.robots import find_robot
 from goalwire.logging import get_logger
 from goalwire.rules.names.robots import robot_of
 from goalwire.transport.contract import EndpointKind
@@ -38,7 +38,7 @@ def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False
     the clean-up.
     """
 
-    robot = chosen_robot()
+    robot = find_robot()
 
     async def run() -> Outcome | None:
         name = node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}'

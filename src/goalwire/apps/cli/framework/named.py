@@ -29,7 +29,7 @@ class Named:
 
     # -- arguments -----------------------------------------------------------------------------------------
 
-    def hidden_flag(self, parser: ArgumentParser, *short: str, default: object = SUPPRESS) -> None:
+    def add_hidden_flag(self, parser: ArgumentParser, *short: str, default: object = SUPPRESS) -> None:
         """Add the flag for hidden names, to noun and verb; its absence at the verb keeps the noun's flag."""
         parser.add_argument(
             f'--include-hidden-{self.what}s',
@@ -42,7 +42,7 @@ class Named:
 
     def noun_arguments(self, parser: ArgumentParser) -> None:
         """Add the arguments between noun and verb."""
-        self.hidden_flag(parser, default=False)
+        self.add_hidden_flag(parser, default=False)
 
     def name_argument(self, parser: ArgumentParser) -> None:
         """Add the argument for the name, and the flags of every command that looks at the graph."""

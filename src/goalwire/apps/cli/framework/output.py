@@ -26,12 +26,12 @@ STATUS_STYLES = {
 STYLES = {'bold': '1', 'dim': '2', 'red': '31', 'green': '32', 'yellow': '33', 'cyan': '36'}
 
 
-def spelt(text: str) -> str:
+def spell_out(text: str) -> str:
     """Return a text as one line for a terminal; a line break is spelt out, so that no name forges lines."""
     return text if text.isprintable() else peer_text(text, _WITHOUT_LIMIT)
 
 
-def escaped(text: str) -> str:
+def escape(text: str) -> str:
     r"""Return a text that is safe for a terminal: all control characters except \n and \t are spelt out."""
     if text.isprintable():
         return text
@@ -55,12 +55,12 @@ class Output:
         )
 
     def line(self, text: str = '', *, style: str = '') -> None:
-        """Print one line; see `spelt`."""
-        self._stream.write(f'{self.styled(spelt(text), style)}\n')
+        """Print one line; see `spell_out`."""
+        self._stream.write(f'{self.style(spell_out(text), style)}\n')
 
     def block(self, text: str, *, end: str = '\n') -> None:
         """Print a text of several lines, and flush."""
-        self._stream.write(escaped(text) + end)
+        self._stream.write(escape(text) + end)
         self._stream.flush()
 
     def data(self, value: Json) -> None:
@@ -68,13 +68,13 @@ class Output:
         self._stream.write(json_text(value) + '\n')
         self._stream.flush()
 
-    def styled(self, text: str, style: str) -> str:
+    def style(self, text: str, style: str) -> str:
         """Return a text in a style of STYLES, only on a terminal."""
         return f'\x1b[{STYLES[style]}m{text}\x1b[0m' if style and self._coloured else text
 
     def rewrite(self, text: str) -> None:
         """Replace the line that the cursor is on; only for terminals."""
-        self._stream.write(f'\r{escaped(text)}\x1b[K')
+        self._stream.write(f'\r{escape(text)}\x1b[K')
         self._stream.flush()
 
     def raw(self, text: str) -> None:
@@ -123,5 +123,5 @@ def _without_nan(value: Json) -> Json:
 
 def tell(text: str) -> None:
     """Print progress on standard error: it is not a result, and not part of `--json`."""
-    sys.stderr.write(escaped(text) + '\n')
+    sys.stderr.write(escape(text) + '\n')
     sys.stderr.flush()

@@ -24,10 +24,10 @@ def choose_robot(arguments: Namespace) -> None:
     """Choose the robot that `--robot` names for this process and its children. Raises CommandError."""
     if given := getattr(arguments, 'robot', None):
         os.environ[VARIABLE] = given
-        chosen_robot()
+        find_robot()
 
 
-def chosen_robot() -> str:
+def find_robot() -> str:
     """Return the name of the chosen robot; '' if there is none. Raises CommandError for a bad name."""
     given = os.environ.get(VARIABLE, '')
     if not given:
@@ -40,9 +40,9 @@ def chosen_robot() -> str:
         raise CommandError(Outcome.BAD_VALUE, str(error), f'see: {SEE}') from None
 
 
-def chosen_view() -> RobotView | None:
+def find_view() -> RobotView | None:
     """Return the view of the chosen robot; None if there is none."""
-    robot = chosen_robot()
+    robot = find_robot()
     if not robot:
         return None
     from goalwire.rules.names.robots import view_of
@@ -52,7 +52,7 @@ def chosen_view() -> RobotView | None:
 
 def on_robot(name: str) -> str:
     """Return a name from the command line in the namespace of the chosen robot, if there is one."""
-    robot = chosen_robot()
+    robot = find_robot()
     if not robot:
         return name
     from goalwire.rules.names.robots import name_below

@@ -66,7 +66,7 @@ def words_of(shell: str, arguments: Sequence[str]) -> list[str] | None:
     return [*said[1:], begun]
 
 
-def quoted(shell: str, candidates: Iterable[str]) -> Iterator[str]:
+def quote_words(shell: str, candidates: Iterable[str]) -> Iterator[str]:
     """Yield the candidates, each quoted as one word of the shell; leave out those that cannot be quoted.
 
     fish quotes by itself. A control character would split a candidate in two, or control the terminal.

@@ -16,7 +16,7 @@ from textual.widgets import Footer, Input, Static, TabbedContent
 import goalwire
 from goalwire.apps.cli.framework.failures import explain_error
 from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.apps.cli.framework.output import escaped, spelt
+from goalwire.apps.cli.framework.output import escape, spell_out
 from goalwire.apps.cli.top.data import Echo, Goals, Log, ServiceLatencies, TopicRates
 from goalwire.apps.cli.top.dialogs import Confirmation, Form
 from goalwire.apps.cli.top.requests import Call, Cancel, Request, SendGoal
@@ -126,7 +126,7 @@ class Top(App[Outcome]):
 
     def _repaint(self) -> None:
         graph = self._graph
-        self.query_one('#head', Static).update(Text(spelt(f'goalwire top  {self._view.summary(graph)}')))
+        self.query_one('#head', Static).update(Text(spell_out(f'goalwire top  {self._view.summary(graph)}')))
         tab = self._tab
         if isinstance(tab, TableTab):
             tab.refresh_rows(graph, self._view)
@@ -162,11 +162,11 @@ class Top(App[Outcome]):
     def say(self, text: str, style: str = '') -> None:
         """Show a text in the pane of details."""
         with suppress(NoMatches):  # An answer may come while the screen is being closed.
-            self.query_one('#text', Static).update(Text(escaped(text), style))
+            self.query_one('#text', Static).update(Text(escape(text), style))
             self.query_one('#details').display = True
 
     def _show_echo(self, text: str) -> None:
-        self.say(f'{spelt(self._echoed)}\n{text}')
+        self.say(f'{spell_out(self._echoed)}\n{text}')
 
     def on_tabbed_content_tab_activated(self) -> None:
         """Show a tab that the mouse has chosen."""
@@ -222,7 +222,7 @@ class Top(App[Outcome]):
         types = dict(self._graph.topic_names_and_types())
         if tab.chosen in types:
             self._echoed = tab.chosen
-            self.say(f'{spelt(self._echoed)}\nno message yet')
+            self.say(f'{spell_out(self._echoed)}\nno message yet')
             self._echo.follow(tab.chosen, types[tab.chosen][0])
 
     def action_measure(self) -> None:
@@ -321,7 +321,7 @@ class Top(App[Outcome]):
                     return
                 text, message = filled
             title = f'{request.title}  [{request.type_name}]'
-            if await self.push_screen_wait(Confirmation(title, request.shown(message))):
+            if await self.push_screen_wait(Confirmation(title, request.show(message))):
                 break
             if text is None:
                 return

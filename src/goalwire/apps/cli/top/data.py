@@ -22,7 +22,7 @@ from goalwire.observe.latencies import Latencies
 from goalwire.observe.log import LogBook
 from goalwire.observe.messages import as_dict
 from goalwire.observe.rates import Pace, Rate
-from goalwire.observe.serialized_types import serialized_type
+from goalwire.observe.serialized_types import find_serialized_type
 from goalwire.observe.service_calls import POSTFIX, ServiceCalls
 from goalwire.rules.qos import suiting
 from goalwire.transport.contract import EndpointKind
@@ -125,7 +125,7 @@ class TopicRates:
                 return
             rate = self.rates[name] = TopicRate()
             subscription = self._node.subscription(
-                serialized_type(self._node.context.graph, name, type_name),
+                find_serialized_type(self._node.context.graph, name, type_name),
                 name,
                 qos=goalwire.QoS(depth=_DEPTH, reliability=goalwire.ReliabilityPolicy.BEST_EFFORT),
                 raw=True,

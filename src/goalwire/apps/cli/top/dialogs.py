@@ -12,7 +12,7 @@ from textual.widgets import Footer, Static, TextArea
 
 from goalwire.apps.cli.framework.failures import explain_error
 from goalwire.apps.cli.framework.outcome import CommandError
-from goalwire.apps.cli.framework.output import escaped
+from goalwire.apps.cli.framework.output import escape
 
 if TYPE_CHECKING:
     from textual.app import ComposeResult
@@ -59,7 +59,7 @@ class Form(ModalScreen[tuple[str, Any] | None]):
         try:
             message = self._request.read(text)
         except CommandError as error:
-            self.query_one('#problem', Static).update(Text(escaped(explain_error(error)[1]), style='red'))
+            self.query_one('#problem', Static).update(Text(escape(explain_error(error)[1]), style='red'))
             return
         _ = self.dismiss((text, message))
 
@@ -88,9 +88,9 @@ class Confirmation(ModalScreen[bool]):
     def compose(self) -> ComposeResult:
         """Lay out the dialog."""
         with Vertical(id='box'):
-            yield Static(Text(escaped(self._title), style='bold'))
+            yield Static(Text(escape(self._title), style='bold'))
             with VerticalScroll(id='what', can_focus=False):
-                yield Static(Text(escaped(self._what)))
+                yield Static(Text(escape(self._what)))
             yield Static(' ', id='prompt')
 
     def on_mount(self) -> None:

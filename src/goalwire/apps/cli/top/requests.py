@@ -36,7 +36,7 @@ class Request(Protocol):
     def read(self, text: str) -> Any:
         """Return the message that a YAML text describes. Raises CommandError."""
 
-    def shown(self, message: Any) -> str:
+    def show(self, message: Any) -> str:
         """Return the request as it will be sent."""
 
     async def send(self, message: Any, say: Say) -> None:
@@ -56,7 +56,7 @@ class _Form:
 
     def template(self) -> str | None:
         fields = self._message_type.get_fields_and_field_types()
-        return self.shown(self._message_type()) if fields else None
+        return self.show(self._message_type()) if fields else None
 
     def read(self, text: str) -> Any:
         given: Mapping[str, Any] = values.read_values([text], self._message_type) if text.strip() else {}
@@ -65,7 +65,7 @@ class _Form:
             set_stamp(self._node.clock.now().to_msg())
         return message
 
-    def shown(self, message: Any) -> str:
+    def show(self, message: Any) -> str:
         from rosidl_runtime_py import message_to_yaml
 
         return message_to_yaml(message).rstrip('\n')
@@ -95,7 +95,7 @@ class Call(_Form):
         finally:
             client.close()
         self._latencies.note(took)
-        say(f'{self.name} answered in {took * 1000:.3g} ms:\n{self.shown(response)}')
+        say(f'{self.name} answered in {took * 1000:.3g} ms:\n{self.show(response)}')
 
 
 class SendGoal(_Form):
@@ -134,7 +134,7 @@ class SendGoal(_Form):
         finally:
             client.close()
         status = status_name(answer.status)
-        say(f'the goal {goal_id} of {self.name} has ended: {status}\n{self.shown(answer.result)}')
+        say(f'the goal {goal_id} of {self.name} has ended: {status}\n{self.show(answer.result)}')
 
 
 class Cancel:
@@ -155,7 +155,7 @@ class Cancel:
     def read(self, _text: str) -> Any:
         return cancel_request(self._goal_id or '')
 
-    def shown(self, _message: Any) -> str:
+    def show(self, _message: Any) -> str:
         return f'whoever has sent {"them" if self._goal_id is None else "it"}'
 
     async def send(self, message: Any, say: Say) -> None:

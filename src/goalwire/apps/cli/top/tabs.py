@@ -12,7 +12,7 @@ from goalwire.apps.cli.commands.action.progress import bar
 from goalwire.apps.cli.commands.action.watch import ENDED_SHOWN
 from goalwire.apps.cli.commands.node import sections
 from goalwire.apps.cli.commands.service.call import histogram_lines
-from goalwire.apps.cli.framework.output import STATUS_STYLES, escaped, spelt
+from goalwire.apps.cli.framework.output import STATUS_STYLES, escape, spell_out
 from goalwire.apps.cli.top.data import (
     Goals,
     Log,
@@ -22,7 +22,7 @@ from goalwire.apps.cli.top.data import (
 )
 from goalwire.graph.names import SEND_GOAL, NamesAndTypes, without_hidden
 from goalwire.observe.goals import Goal
-from goalwire.observe.latencies import shown_seconds
+from goalwire.observe.latencies import show_seconds
 from goalwire.observe.log import LogLine
 from goalwire.observe.parameters import STANDARD_SERVICES
 from goalwire.observe.service_calls import POSTFIX
@@ -41,7 +41,7 @@ _LEVEL_STYLES = {'WARN': 'yellow', 'ERROR': 'red', 'FATAL': 'bold red'}
 
 def cell(text: str, style: str = '') -> Text:
     """Return a peer's text as one line without control characters."""
-    return Text(spelt(text), style, no_wrap=True)
+    return Text(spell_out(text), style, no_wrap=True)
 
 
 class View(NamedTuple):
@@ -201,7 +201,7 @@ class NodesTab(TableTab):
         for title, found in sections(graph, self.chosen, include_hidden=False):
             lines.append(f'  {title}:')
             lines += [f'    {name}: {", ".join(types)}' for name, types in found]
-        return '\n'.join(map(spelt, lines))
+        return '\n'.join(map(spell_out, lines))
 
 
 class TopicsTab(TableTab):
@@ -280,7 +280,7 @@ class ServicesTab(TableTab):
             return [''] * 6
         whose, latencies = best
         times = [latencies.percentile(share) for share in (0.5, 0.99, 1.0)] if latencies.number else []
-        shown = [shown_seconds(each) for each in times] or ['', '', '']
+        shown = [show_seconds(each) for each in times] or ['', '', '']
         return [str(latencies.number), *shown, str(latencies.failed or ''), whose]
 
     def quiet(self) -> None:
@@ -291,10 +291,10 @@ class ServicesTab(TableTab):
         """Return the servers and clients, and a histogram."""
         if self.chosen is None:
             return ''
-        lines = [spelt(self.chosen)]
+        lines = [spell_out(self.chosen)]
         for title, kind in (('servers', EndpointKind.SERVICE), ('clients', EndpointKind.CLIENT)):
             lines.append(f'  {title}:')
-            lines += [f'    {spelt(each.node.qualified)}' for each in graph.entities(kind, self.chosen)]
+            lines += [f'    {spell_out(each.node.qualified)}' for each in graph.entities(kind, self.chosen)]
         best = self._latencies.best(self.chosen)
         if best is not None and best[1].number:
             lines += [f'  latencies, as {best[0]} {"sees" if best[0] == "top" else "tell"}:']
@@ -351,11 +351,11 @@ class GoalsTab(TableTab):
 
             feedback = goal.feedback
             told = 'no feedback yet' if feedback is None else message_to_yaml(feedback, truncate_length=128)
-            return f'the goal {goal_id} of {spelt(name)}\n{escaped(told)}'
+            return f'the goal {goal_id} of {spell_out(name)}\n{escape(told)}'
         servers = graph.entities(EndpointKind.SERVICE, name + SEND_GOAL)
         return '\n'.join(
-            [f'{spelt(name)} [{spelt(self.types.get(name, ""))}]', '  servers:']
-            + [f'    {spelt(each.node.qualified)}' for each in servers]
+            [f'{spell_out(name)} [{spell_out(self.types.get(name, ""))}]', '  servers:']
+            + [f'    {spell_out(each.node.qualified)}' for each in servers]
         )
 
 
@@ -386,7 +386,7 @@ class LogTab(TabPane):
 
 
 def _log_text(line: LogLine) -> Text:
-    text = f'[{line.level_name}] [{line.stamp:.3f}] [{spelt(line.node)}]: {escaped(line.text)}'
+    text = f'[{line.level_name}] [{line.stamp:.3f}] [{spell_out(line.node)}]: {escape(line.text)}'
     return Text(text, _LEVEL_STYLES.get(line.level_name, ''))
 
 

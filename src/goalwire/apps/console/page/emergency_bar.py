@@ -31,13 +31,13 @@ class EmergencyBar(Element, component='emergency_bar.js'):
 
     def refresh(self) -> None:
         """Show the state of the emergency stop, if it has changed."""
-        shown = self._seen()
+        shown = self._describe()
         if shown != self._shown:
             self._shown = shown
             self.props['shown'] = shown
             self.update()
 
-    def _seen(self) -> dict[str, Any]:
+    def _describe(self) -> dict[str, Any]:
         robots = self._session.vitals
         vitals = robots.get(self._page.robot)
         if vitals is None:

@@ -11,7 +11,7 @@ from nicegui import ui
 from goalwire.apps.console.state.form_model import (
     FormField,
     check,
-    completed,
+    complete,
     list_text,
     new_item,
     parse_yaml,
@@ -33,7 +33,7 @@ class Form:
         """`values` are the first content of the form; other fields have their defaults."""
         self._fields = fields
         self._defaults = defaults
-        self._values = completed(fields, values, defaults)
+        self._values = complete(fields, values, defaults)
         self._as_yaml = False
         self._text: ui.textarea | None = None
         with ui.column().classes('gw-form') as self._box:
@@ -53,12 +53,12 @@ class Form:
 
     def fill(self, values: Mapping[str, Any]) -> None:
         """Fill in other values; fields without one get their defaults."""
-        self._values = completed(self._fields, values, self._defaults)
+        self._values = complete(self._fields, values, self._defaults)
         self._build()
 
     def toggle_yaml(self) -> None:
         """Show the form as YAML, or as a form again. Raises FieldValueError if a value does not fit."""
-        self._values = completed(self._fields, self.values(), self._defaults)
+        self._values = complete(self._fields, self.values(), self._defaults)
         self._as_yaml = not self._as_yaml
         self._build()
 

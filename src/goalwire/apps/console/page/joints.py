@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from goalwire.apps.console.page.parts import head
-from goalwire.apps.console.state.series import signed
+from goalwire.apps.console.state.series import put_sign
 from goalwire.errors import GoalwireError
 from goalwire.transforms.urdf import Joint
 
@@ -95,7 +95,7 @@ class JointSliders:
             if position is None or abs(self._shown.get(name, math.inf) - position) < 0.004:
                 continue
             self._shown[name] = position
-            self._values[name].set_text(signed(position))
+            self._values[name].set_text(put_sign(position))
             if name != self._held:
                 slider.set_value(round(position, 2))
 

@@ -21,7 +21,7 @@ from goalwire.apps.console.page.theme import ask_for_dark, keep_dark, set_colour
 from goalwire.apps.console.state.playhead import Playhead
 from goalwire.apps.console.state.recorded_moment import Moment, Moments
 from goalwire.apps.console.state.robot_model import Meshes, scene_of
-from goalwire.apps.console.state.series import signed
+from goalwire.apps.console.state.series import put_sign
 from goalwire.errors import RemoteError
 from goalwire.idl.pictures import COMPRESSED, IMAGE, as_data_url
 from goalwire.logging.record import local_date_time
@@ -313,9 +313,8 @@ class RecordingPage:
         )
         self._foot.set_visibility(base is not None and silent is not None)
         if base is not None:
-            self._foot.set_text(
-                f'{moment.frame or "?"}  x {signed(base.translation[0])}  y {signed(base.translation[1])} m'
-            )
+            east, north = map(put_sign, base.translation[:2])
+            self._foot.set_text(f'{moment.frame or "?"}  x {east}  y {north} m')
 
     def _put_message(self, moment: Moment) -> None:
         if moment.message is None:

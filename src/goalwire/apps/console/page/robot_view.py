@@ -18,7 +18,7 @@ from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.robot_model import scene_of
 from goalwire.apps.console.state.robot_watch import NavigationTarget, navigation_target, place_values
-from goalwire.apps.console.state.series import signed
+from goalwire.apps.console.state.series import put_sign
 from goalwire.errors import GoalwireError, UnknownInterfaceError
 
 if TYPE_CHECKING:
@@ -202,7 +202,7 @@ class RobotView(View):
         self._balance.refresh(watch)
         self._layers.refresh(watch)
         self._foot.set_visibility(True)
-        self._foot.set_text(f'{frame or "?"}  x {signed(x)}  y {signed(y)} m  {math.degrees(yaw):+.0f}°')
+        self._foot.set_text(f'{frame or "?"}  x {put_sign(x)}  y {put_sign(y)} m  {math.degrees(yaw):+.0f}°')
         self._fresh.set_visibility(True)
         self._put_state(watch)
         if self._joints is not None:

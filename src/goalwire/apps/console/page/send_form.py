@@ -75,7 +75,7 @@ class SendForm:
 
     def copy_buttons(self) -> None:
         """Add the buttons that copy the message to be sent."""
-        copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
+        copy_buttons(lambda: self._copy(as_python), lambda: self._copy(as_command))
 
     def history(self, used: Callable[[Sent], None] | None = None) -> None:
         """Add the table of messages that were sent to that name from here; a click on a row fills the form.
@@ -127,7 +127,7 @@ class SendForm:
         if error.path and not self._form.is_yaml:
             self._form.show(error.path)
 
-    def _copied(self, write: Callable[[Sending], str]) -> str | None:
+    def _copy(self, write: Callable[[Sending], str]) -> str | None:
         sending = self.sending()
         return None if sending is None else write(sending)
 

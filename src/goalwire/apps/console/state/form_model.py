@@ -221,7 +221,7 @@ def new_item(field: FormField) -> dict[str, Any]:
     return defaults_of(field.fields, interface_class(field.base)())
 
 
-def completed(
+def complete(
     fields: tuple[FormField, ...], values: Mapping[str, Any], defaults: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return values for all fields; fields that are not in `values` get their defaults.
@@ -233,10 +233,10 @@ def completed(
         default = defaults.get(field.name)
         value = values.get(field.name, default)
         if field.kind == 'message' and isinstance(value, Mapping):
-            whole[field.name] = completed(field.fields, value, default or {})
+            whole[field.name] = complete(field.fields, value, default or {})
         elif field.kind == 'messages' and isinstance(value, list | tuple):
             item = new_item(field) if value else {}
-            whole[field.name] = [completed(field.fields, each, item) for each in value]
+            whole[field.name] = [complete(field.fields, each, item) for each in value]
         else:
             whole[field.name] = plain(value)
     return whole
@@ -263,12 +263,12 @@ def check(fields: tuple[FormField, ...], values: Mapping[str, Any], path: str = 
             there = ', '.join(known) or 'none'
             raise FieldValueError(path, f"there is no field '{name}'; the fields are: {there}")
     return {
-        name: _checked(known[name], value, f'{path}.{name}' if path else str(name))
+        name: _check_value(known[name], value, f'{path}.{name}' if path else str(name))
         for name, value in values.items()
     }
 
 
-def _checked(field: FormField, value: Any, path: str) -> Any:
+def _check_value(field: FormField, value: Any, path: str) -> Any:
     if field.kind == 'message':
         if field.base == HEADER and value == AUTO:
             return {'stamp': NOW}
@@ -420,7 +420,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def filled(cls: Any, values: Mapping[str, Any], now: Any) -> Any:
+def fill(cls: Any, values: Mapping[str, Any], now: Any) -> Any:
     """Return a message with these values; 'now' becomes the time message `now`. Raises FieldValueError."""
     from rosidl_runtime_py import set_message_fields
 

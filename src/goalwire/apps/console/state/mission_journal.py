@@ -65,9 +65,9 @@ class MissionJournal:
             ended = [row for row in rows if not row.state.is_open]
             shown = {row.id for row in rows if row.state.is_open} | {row.id for row in ended[-MOST_ENDED:]}
             self._ended = {id_: seen for id_, seen in self._ended.items() if id_ in shown}
-            return [self._seen(store, row) for row in rows if row.id in shown]
+            return [self._look_at(store, row) for row in rows if row.id in shown]
 
-    def _seen(self, store: Store, row: MissionRow) -> SeenMission:
+    def _look_at(self, store: Store, row: MissionRow) -> SeenMission:
         if row.id not in self._ended:
             seen = SeenMission(row, tuple(store.entries(row.id)))
             if row.state.is_open:

@@ -7,7 +7,7 @@ from typing import Any
 
 from goalwire.apps.console.state.robot_watch import namespaces
 from goalwire.errors import BagError, DecodeError, InterfaceError, peer_text
-from goalwire.observe.goals import GoalTable, reported_goals
+from goalwire.observe.goals import GoalTable, read_reported_goals
 from goalwire.rosbag2.model import Topic
 from goalwire.rosbag2.reader import Reader
 from goalwire.rosbag2.types import decoder_of
@@ -64,7 +64,7 @@ class Recording:
             # A server with another clock, as a simulation's, accepted its goals long before the bag began.
             reported = [
                 goal if goal.accepted * 1e9 >= self.start else goal._replace(accepted=0.0)
-                for goal in reported_goals(value)
+                for goal in read_reported_goals(value)
             ]
             goals.take_statuses(topic.removesuffix(STATUS), reported, now, self.start / 1e9)
         else:

@@ -18,7 +18,7 @@ from goalwire.apps.console.state.form_model import (
     FormField,
     check,
     defaults_of,
-    filled,
+    fill,
     form_of,
     in_one_line,
     without_defaults,
@@ -76,7 +76,7 @@ class Target:
 
     def message(self, sending: Sending, now: Any) -> Any:
         """Return the message; `now` is the time that 'now' stands for. Raises FieldValueError."""
-        return filled(self.message_class, sending.values, now)
+        return fill(self.message_class, sending.values, now)
 
 
 class Sender:
@@ -262,9 +262,9 @@ class Sender:
     def _in_background(self, coroutine: Any) -> None:
         task = asyncio.get_running_loop().create_task(coroutine)
         self._tasks.add(task)
-        task.add_done_callback(self._ended)
+        task.add_done_callback(self._on_end)
 
-    def _ended(self, task: asyncio.Task[None]) -> None:
+    def _on_end(self, task: asyncio.Task[None]) -> None:
         self._tasks.discard(task)
         if not task.cancelled() and (error := task.exception()) is not None:
             self._node.logger.error(f'the console failed: {error!r}')

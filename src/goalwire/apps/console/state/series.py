@@ -54,7 +54,7 @@ class Series:
         return found
 
 
-def signed(number: float) -> str:
+def put_sign(number: float) -> str:
     """Return a number with its sign and two places; never '-0.00'."""
     return f'{round(number, 2) + 0.0:+.2f}'
 

@@ -11,7 +11,7 @@ from typing import Any
 import goalwire
 from goalwire.observe.messages import interface_class
 from goalwire.observe.rates import Pace, Rate
-from goalwire.observe.serialized_types import serialized_type
+from goalwire.observe.serialized_types import find_serialized_type
 from goalwire.rules.qos import suiting
 
 HEAVY = frozenset(
@@ -104,7 +104,7 @@ class Meter:
             durability=goalwire.DurabilityPolicy.VOLATILE,  # messages of the history come at once
         )
         self._subscription: goalwire.Subscription[Any] = node.subscription(
-            serialized_type(node.context.graph, topic, type_name), topic, qos=qos, raw=True
+            find_serialized_type(node.context.graph, topic, type_name), topic, qos=qos, raw=True
         )
 
     async def read(self) -> Pace | None:

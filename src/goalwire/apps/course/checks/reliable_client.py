@@ -47,15 +47,15 @@ class Server:
 
 async def steps(file: Path) -> AsyncIterator[str]:
     """Yield a sentence for each step that the program passes; raise Wrong at the first mistake."""
-    async with _served(file, deaf=0) as (server, student):
+    async with _serve(file, deaf=0) as (server, student):
         await _insist_on_success(student, 'the service answers at once')
         _count(server, 1, 'the service answers at once')
         yield 'it shows the answer, after a single request'
-    async with _served(file, deaf=2) as (server, student):
+    async with _serve(file, deaf=2) as (server, student):
         await _insist_on_success(student, 'the third request is answered')
         _count(server, 3, 'the third request is answered')
         yield 'it asks again if no answer comes'
-    async with _served(file, deaf=100) as (server, student):
+    async with _serve(file, deaf=100) as (server, student):
         await _insist_on_failure(student, 'no request is ever answered', server)
         _count(server, ATTEMPTS, 'no request is ever answered')
         yield f'it gives up after {ATTEMPTS} attempts, and its exit code says so'
@@ -74,7 +74,7 @@ async def steps(file: Path) -> AsyncIterator[str]:
 
 
 @asynccontextmanager
-async def _served(file: Path, *, deaf: int) -> AsyncIterator[tuple[Server, Student]]:
+async def _serve(file: Path, *, deaf: int) -> AsyncIterator[tuple[Server, Student]]:
     """Run the program beside a server that leaves the first `deaf` requests without an answer."""
     from humanoid_interfaces.srv import GetBatteryStatus
 

@@ -33,19 +33,19 @@ def draw(frames: Mapping[str, Mapping[str, Any]], when: float) -> str:
                 ('Oldest transform', 'oldest_transform'),
             )
         )
-        lines.append(f'{_quoted(facts["parent"])} -> {_quoted(child)}[label=" {label}\\n"];')
+        lines.append(f'{_quote(facts["parent"])} -> {_quote(child)}[label=" {label}\\n"];')
     roots = {str(facts['parent']) for facts in frames.values()} - {str(child) for child in frames}
-    legend = _quoted(f'Recorded at time: {when}')
+    legend = _quote(f'Recorded at time: {when}')
     lines += [
         'edge [style=invis];',
         'subgraph cluster_legend { style=bold; color=black; label="view_frames result";',
     ]
     lines += [f'{legend}[ shape=plaintext ] ;', '}']
-    lines += [f'{legend}->{_quoted(root)};' for root in sorted(roots)]
+    lines += [f'{legend}->{_quote(root)};' for root in sorted(roots)]
     return '\n'.join([*lines, '}\n'])
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     text = str(name).replace('\\', '\\\\').replace('"', '\\"')
     return f'"{text}"'
 

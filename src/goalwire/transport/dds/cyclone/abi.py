@@ -308,7 +308,7 @@ class Library:
             (ctypes.PyDLL(path), _HOLDING),
         ):
             for name, (result, arguments) in table.items():
-                setattr(self, name, _bound(loaded, name, result, arguments))
+                setattr(self, name, _bind(loaded, name, result, arguments))
         make = 'ddsi_serdata_from_ser_iov'
         self.from_large = getattr(ctypes.CDLL(path), make)
         self.from_large.restype, self.from_large.argtypes = _HOLDING[make]  # type: ignore[attr-defined]
@@ -319,7 +319,7 @@ class Library:
         return function
 
 
-def _bound(
+def _bind(
     library: ctypes.CDLL, name: str, result: type | None, arguments: tuple[type, ...]
 ) -> Function | None:
     if name in _MISSING_IN_0_10 and not hasattr(library, name):

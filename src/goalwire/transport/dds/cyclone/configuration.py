@@ -47,13 +47,13 @@ def domain_configuration(domain_id: int) -> str:
     for peer in configured:
         if isinstance(error := found[peer], Unusable):
             raise TransportError(
-                f'CYCLONEDDS_URI names the peer {_quoted(peer)}, and Cyclone DDS would end this process: '
+                f'CYCLONEDDS_URI names the peer {_quote(peer)}, and Cyclone DDS would end this process: '
                 f'{error}. Correct the address, or take the peer out'
             )
     peers = [loopback(ipv6)]
     for peer in dict.fromkeys(ours):
         if isinstance(known := found[peer], Unusable):
-            _warn(f'ROS_STATIC_PEERS: {_quoted(peer)} is left out: {known}. Name the machine by its address')
+            _warn(f'ROS_STATIC_PEERS: {_quote(peer)} is left out: {known}. Name the machine by its address')
         else:
             peers += known
     own = _for_range(range_, list(dict.fromkeys(peers)))
@@ -66,7 +66,7 @@ def _warn(text: str) -> None:
     get_logger(LOGGER).warning(text)
 
 
-def _quoted(peer: str) -> str:
+def _quote(peer: str) -> str:
     return repr(peer if len(peer) <= _LONGEST_QUOTED else f'{peer[:_LONGEST_QUOTED]}…')
 
 

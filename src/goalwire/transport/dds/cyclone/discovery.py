@@ -147,7 +147,7 @@ class Discovery:
             for is_there, endpoint in self._take(reader, BuiltinEndpoint):
                 if not is_there:
                     gone.append(bytes(endpoint.key))
-                elif (found := self._found(endpoint, is_reader=is_reader)) is not None:
+                elif (found := self._find(endpoint, is_reader=is_reader)) is not None:
                     came.append(found)
         departed = self._take_participants(participants)
         self._tell(came, infos, gone, departed)
@@ -168,7 +168,7 @@ class Discovery:
             changes += discovered.endpoint_came(found)
         for payload in infos:
             try:
-                changes += discovered.told(decode_info(payload))
+                changes += discovered.learn(decode_info(payload))
             except RemoteError as error:
                 self._rejects.add('ros_discovery_info', error)
         for gid in gone:
@@ -219,7 +219,7 @@ class Discovery:
             finally:
                 self._library.dds_return_loan(reader, samples, count)
 
-    def _found(self, endpoint: BuiltinEndpoint, *, is_reader: bool) -> Found | None:
+    def _find(self, endpoint: BuiltinEndpoint, *, is_reader: bool) -> Found | None:
         """Return an endpoint in ROS 2's terms; None if it is this session's own, or outside ROS 2."""
         participant = bytes(endpoint.participant)
         if participant == self._participant.guid:

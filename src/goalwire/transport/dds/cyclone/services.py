@@ -174,12 +174,12 @@ class CycloneClient(ClientEnd):
         writer = self._writer
         result = writer.write(wrap((writer.instance, sequence), payload))
         if result:
-            self._refused(sequence, result)
+            self._refuse(sequence, result)
         if writer.topic in self._local:
             self._context.local_readers.drain(writer.topic)
         return sequence
 
-    def _refused(self, sequence: int, result: int) -> NoReturn:
+    def _refuse(self, sequence: int, result: int) -> NoReturn:
         self.cancel(sequence)
         self.state.check()
         error = self._context.library.dds_strretcode(result).decode()

@@ -149,7 +149,7 @@ def _policy(counts: Counts) -> IncompatibleQoS:
     return IncompatibleQoS(counts.total, 0, kind)
 
 
-def _matched(counts: Counts) -> Matched:
+def _read_matched(counts: Counts) -> Matched:
     return Matched(counts.total, 0, counts.extra[0], 0)
 
 
@@ -163,7 +163,7 @@ _SOURCES: dict[EventType, _Source] = {
     PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: _Source(
         'offered_incompatible_qos', 1 << 3, _policy
     ),
-    PublisherEvent.RCL_PUBLISHER_MATCHED: _Source('publication_matched', PUBLICATION_MATCHED, _matched),
+    PublisherEvent.RCL_PUBLISHER_MATCHED: _Source('publication_matched', PUBLICATION_MATCHED, _read_matched),
     SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED: _Source(
         'requested_deadline_missed', 1 << 2, lambda counts: RequestedDeadlineMissed(counts.total)
     ),
@@ -175,7 +175,7 @@ _SOURCES: dict[EventType, _Source] = {
         'sample_lost', 1 << 5, lambda counts: MessageLost(counts.total)
     ),
     SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED: _Source(
-        'subscription_matched', SUBSCRIPTION_MATCHED, _matched
+        'subscription_matched', SUBSCRIPTION_MATCHED, _read_matched
     ),
 }
 """The source of each event; incompatible types are found in the graph, as the library reports none."""
@@ -201,7 +201,7 @@ class Statuses:
             self._library.dds_set_status_mask(entity, sum(handlers))
         if not known:
             try:
-                self._waitset_thread.watch(entity, lambda: self._changed(entity))
+                self._waitset_thread.watch(entity, lambda: self._on_change(entity))
             except TransportError:
                 self.discard(entity)
                 raise
@@ -254,7 +254,7 @@ class Statuses:
         """Mark the changes as seen, so that the next wait sleeps until there are new ones."""
         self._library.dds_take_status(entity, byref(c_uint32()), bits)
 
-    def _changed(self, entity: int) -> None:
+    def _on_change(self, entity: int) -> None:
         handlers = self._handlers.get(entity, {})
         changes = c_uint32()
         self._library.dds_take_status(entity, byref(changes), sum(handlers))

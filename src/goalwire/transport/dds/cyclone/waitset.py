@@ -36,7 +36,7 @@ class WaitSet:
         self._library = participant.library
         self._name = name
         self._lock = Lock()
-        self._handlers: dict[int, Callable[[], object]] = {_INTERRUPTED: self._interrupted}
+        self._handlers: dict[int, Callable[[], object]] = {_INTERRUPTED: self._on_interrupt}
         self._keys: dict[int, int] = {}
         self._next_key = count(_INTERRUPTED + 1).__next__
         self._triggered = (c_ssize_t * _AT_ONCE)()
@@ -89,7 +89,7 @@ class WaitSet:
                 except Exception as error:
                     report_failure(self._name, error)
 
-    def _interrupted(self) -> None:
+    def _on_interrupt(self) -> None:
         self._library.dds_set_guardcondition(self._guard, False)
         if self.on_interrupt is not None:
             self.on_interrupt()

@@ -21,7 +21,12 @@ from functools import partial
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError, peer_text
-from goalwire.rtps.protocol.parameters import new_identity, read_list, related_sample, write_related_sample
+from goalwire.rtps.protocol.parameters import (
+    new_identity,
+    read_list,
+    read_related_sample,
+    write_related_sample,
+)
 from goalwire.rtps.protocol.primitives import GUID_SIZE, SampleIdentity, is_writer
 from goalwire.transport.dds.description import GUID_PREFIX_SIZE
 from goalwire.transport.dds.service_header import Header, refusal, refusal_reason, unwrap, wrap
@@ -82,7 +87,7 @@ def read_request(
     `writer` and `number` are those of the sample. `has_header` is True for a participant of Cyclone DDS.
     Raises RemoteError.
     """
-    related = related_sample(qos) if qos else None
+    related = read_related_sample(qos) if qos else None
     if related is not None and any(related.guid):
         guid = related.guid
         is_readers = not is_writer(guid[GUID_PREFIX_SIZE:])
@@ -132,7 +137,7 @@ _new_reply: Callable[[tuple[bytes, int, bytes | bytearray, str | None]], Reply] 
 
 def read_reply(qos: bytes, payload: bytes | bytearray) -> Reply | None:
     """Read a reply; None if it names no request in a form that is known here. Raises RemoteError."""
-    related = related_sample(qos) if qos else None
+    related = read_related_sample(qos) if qos else None
     if related is not None:
         guid, number = related
         return _new_reply((guid, number, payload, None if len(qos) <= _PLAIN_QOS_SIZE else _reason(qos)))

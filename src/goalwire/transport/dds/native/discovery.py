@@ -82,7 +82,7 @@ class GraphDiscovery(ParticipantListener):
 
     def on_endpoint(self, endpoint: EndpointData) -> None:
         try:
-            found = _found(endpoint)
+            found = _find(endpoint)
         except RemoteError as error:
             self._rejects.add('DDS endpoint', error)
             return
@@ -106,7 +106,7 @@ class GraphDiscovery(ParticipantListener):
             self._rejects.add('ros_discovery_info', error)
             return
         with self._telling() as changes:
-            changes += self._state.told(info)
+            changes += self._state.learn(info)
         self._wait_for_claims()
 
     def _wait_for_claims(self) -> None:
@@ -151,7 +151,7 @@ def _ports(addresses: tuple[Address, ...]) -> frozenset[int]:
     return frozenset(port for _, port in addresses)
 
 
-def _found(endpoint: EndpointData) -> Found | None:
+def _find(endpoint: EndpointData) -> Found | None:
     """Return an endpoint in ROS 2's terms; None for endpoints outside ROS 2. Raises RemoteError."""
     participant, topic = endpoint.prefix + PARTICIPANT, endpoint.topic
     is_reader = not is_writer(endpoint.entity_id)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from goalwire.errors import TransportError
-from goalwire.files import read_regular, shown
+from goalwire.files import read_regular, show
 from goalwire.xml_tree import Element, XmlError, read
 
 LARGEST_FILE = 1_000_000
@@ -39,7 +39,7 @@ class Findings:
         """Return the error for a setting that cannot be understood."""
         quoted = text if len(text) <= _LONGEST_QUOTED else f'{text[:_LONGEST_QUOTED]}…'
         return TransportError(
-            f'{self.origin}: line {element.line}: <{shown(element.tag)}> is {quoted!r}; write {expected}'
+            f'{self.origin}: line {element.line}: <{show(element.tag)}> is {quoted!r}; write {expected}'
         )
 
     def number(self, element: Element, text: str, least: int, most: int) -> int:
@@ -72,9 +72,7 @@ class Findings:
             return read_regular(path, LARGEST_FILE)
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
-            raise TransportError(
-                f'{self.origin}: the file {shown(path)!r} cannot be read: {reason}'
-            ) from None
+            raise TransportError(f'{self.origin}: the file {show(path)!r} cannot be read: {reason}') from None
 
 
 _BOOLEANS: Mapping[str, bool] = {

@@ -70,7 +70,7 @@ class _Reader:
         self._advance()
         value = self._value('')
         if self._word != _END or self._kind:
-            self._expected('the end of the text')
+            self._refuse('the end of the text')
         return Document(value, self._lines)
 
     def _advance(self) -> None:
@@ -114,7 +114,7 @@ class _Reader:
         elif kind == 'name' and word in _WORDS:
             result = _WORDS[word]
         else:
-            self._expected('a value')
+            self._refuse('a value')
         self._advance()
         return result
 
@@ -127,12 +127,12 @@ class _Reader:
             elif self._kind == 'name' or self._word in {'Infinity', 'NaN'}:
                 name = self._word
             else:
-                self._expected("a name or '}'")
+                self._refuse("a name or '}'")
             if name in found:
                 self._fail(f"'{name}' is there twice")
             self._advance()
             if self._word != ':' or self._kind != 'sign':
-                self._expected(f"':' after '{name}'")
+                self._refuse(f"':' after '{name}'")
             self._advance()
             found[name] = self._value(f'{path}/{name}' if path else name)
             self._skip_comma('}')
@@ -152,7 +152,7 @@ class _Reader:
         if self._kind == 'sign' and self._word == ',':
             self._advance()
         elif self._kind != 'sign' or self._word != end:
-            self._expected(f"',' or '{end}'")
+            self._refuse(f"',' or '{end}'")
 
     def _unescape(self, token: str) -> str:
         if '\\' not in token:
@@ -177,7 +177,7 @@ class _Reader:
         self._counted = self._start
         return self._line
 
-    def _expected(self, what: str) -> NoReturn:
+    def _refuse(self, what: str) -> NoReturn:
         found = f"not '{self._word[:40]}'" if self._kind else 'but the text ends'
         self._fail(f'{what} is expected, {found}')
 

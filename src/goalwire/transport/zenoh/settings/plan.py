@@ -61,7 +61,7 @@ def _session_config(port: int, identity: Chosen | None) -> tuple[Configuration, 
     """Return the session's configuration, and the valid overrides."""
     config = read_file('ZENOH_SESSION_CONFIG_URI')
     if config is None:
-        config = _built_in(built_in.session(port))
+        config = _copy_built_in(built_in.session(port))
         if identity is not None:
             built_in.protect_session(config.values, port)
     for name, size in environment.shared_memory().items():
@@ -83,7 +83,7 @@ def _rendezvous_config(
 ) -> Configuration:
     config = read_file('ZENOH_ROUTER_CONFIG_URI')
     if config is None:
-        config = _built_in(built_in.rendezvous(port))
+        config = _copy_built_in(built_in.rendezvous(port))
         if identity is not None:
             built_in.protect_rendezvous(config.values, port)
     else:
@@ -110,7 +110,7 @@ def router_config(
     With an identity all its links have mutual TLS, and the access control `rules` apply. Raises
     TransportError.
     """
-    config = read_file('ZENOH_ROUTER_CONFIG_URI') or _built_in(built_in.rendezvous(port))
+    config = read_file('ZENOH_ROUTER_CONFIG_URI') or _copy_built_in(built_in.rendezvous(port))
     if listen or not os.environ.get('ZENOH_ROUTER_CONFIG_URI'):
         everywhere: list[Json] = [f'tcp/[::]:{port}'] if identity is None else built_in.everywhere(port)
         config.set('listen/endpoints', [*listen] or everywhere)
@@ -140,7 +140,7 @@ def _refuse_plain(config: Configuration) -> None:
                 raise TransportError(f"the router is to be secure, and '{each}' is not: write tls/HOST:PORT")
 
 
-def _built_in(values: Settings) -> Configuration:
+def _copy_built_in(values: Settings) -> Configuration:
     return Configuration(deepcopy(values))
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from goalwire.security.environment import Chosen
 from goalwire.security.policy_file import load_policy
-from goalwire.security.revocation import load_revoked
+from goalwire.security.revocation import load_revocations
 from goalwire.transport.zenoh.router_rules import access_control
 from goalwire.transport.zenoh.settings import built_in
 from goalwire.transport.zenoh.settings.values import Configuration, Settings
@@ -16,7 +16,7 @@ from goalwire.transport.zenoh.settings.values import Configuration, Settings
 def rules_of(identity: Chosen) -> Settings:
     """Return the access control that a keystore's policy requires. Raises SecurityError."""
     policy = load_policy(identity.folder / 'policy.toml')
-    return access_control(policy, load_revoked(identity.folder / 'revoked.toml'))
+    return access_control(policy, load_revocations(identity.folder / 'revoked.toml'))
 
 
 def router_settings(identity: Chosen, port: int) -> Settings:

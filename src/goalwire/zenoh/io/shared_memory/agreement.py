@@ -129,7 +129,7 @@ class Agreement:
         except ZenohProtocolError:
             return None
         partner = self._meet(partial(reader.z, 32))
-        if partner is None or echo != self._expected(partner):
+        if partner is None or echo != self._read_challenge(partner):
             self.close()
             return None
         if partner.version == layout.OLD_VERSION:
@@ -143,10 +143,10 @@ class Agreement:
             return None
         try:
             if partner.version == layout.OLD_VERSION:
-                self._is_agreed = proof == self._expected(partner)
+                self._is_agreed = proof == self._read_challenge(partner)
                 return 1 if self._is_agreed else None
             reader = Reader(proof if isinstance(proof, bytes) else b'')
-            self._is_agreed = reader.z() == self._expected(partner)
+            self._is_agreed = reader.z() == self._read_challenge(partner)
             self._counters = _read_counters(reader)
         except ZenohProtocolError:
             self._is_agreed = False
@@ -195,7 +195,7 @@ class Agreement:
         self._partner = partner
         return partner
 
-    def _expected(self, partner: Partner) -> int:
+    def _read_challenge(self, partner: Partner) -> int:
         """Return our challenge as the other side reads it in our segment."""
         own = self._own.challenge
         return own ^ layout.WORD if partner.version == layout.OLD_VERSION else own

@@ -25,7 +25,7 @@ class Allocator:
 
     def take(self, size: int) -> int | None:
         """Reserve `size` bytes and return their offset; None if no free place is large enough."""
-        size = rounded(size)
+        size = round_up(size)
         for at, free in enumerate(self._sizes):
             if free >= size:
                 start = self._starts[at]
@@ -39,7 +39,7 @@ class Allocator:
 
     def give(self, start: int, size: int) -> None:
         """Free the `size` bytes at an offset that `take` has returned."""
-        size = rounded(size)
+        size = round_up(size)
         at = bisect_left(self._starts, start)
         self._starts.insert(at, start)
         self._sizes.insert(at, size)
@@ -51,6 +51,6 @@ class Allocator:
             del self._starts[at]
 
 
-def rounded(size: int) -> int:
+def round_up(size: int) -> int:
     """Return how many bytes a chunk of `size` occupies."""
     return -(-size // ALIGNMENT) * ALIGNMENT

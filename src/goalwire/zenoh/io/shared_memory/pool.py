@@ -19,7 +19,7 @@ from time import monotonic
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.freed_memory import keep_freed_memory
 from goalwire.zenoh.io.shared_memory import layout
-from goalwire.zenoh.io.shared_memory.allocator import Allocator, rounded
+from goalwire.zenoh.io.shared_memory.allocator import Allocator, round_up
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, OwnSegment
 from goalwire.zenoh.protocol.shared_memory import Pointer
 
@@ -165,10 +165,10 @@ class MemoryPool:
     def _grow(self, size: int) -> bool:
         """Add a segment, twice as large as the last; False if there is no room for it."""
         left = self.size - sum(each.file.size for each in self._segments)
-        wanted = max(FIRST_SEGMENT << len(self._segments), 2 * rounded(size) + PROBE_SIZE)
+        wanted = max(FIRST_SEGMENT << len(self._segments), 2 * round_up(size) + PROBE_SIZE)
         new = min(wanted, left, layout.MOST_CHUNK)
         now = monotonic()
-        if new < rounded(size) + PROBE_SIZE or now < self._no_growth_before:
+        if new < round_up(size) + PROBE_SIZE or now < self._no_growth_before:
             return False
         try:
             if self._metadata is None:

@@ -13,7 +13,7 @@ from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import timeout_argument
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
-from goalwire.observe.goal_topics import cancel_request, goals_canceling, known_goals
+from goalwire.observe.goal_topics import cancel_request, fetch_known_goals, goals_canceling
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -85,7 +85,7 @@ async def full_id(
         )
     if len(text) == 32:
         return text
-    goals = await known_goals(node, name, patience)
+    goals = await fetch_known_goals(node, name, patience)
     return only_id(text, name, (goal.goal_id for goal in goals if goal.is_active or not is_active))
 
 

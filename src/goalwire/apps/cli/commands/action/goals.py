@@ -12,7 +12,7 @@ from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import timeout_argument
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.observe.clock import local_time
-from goalwire.observe.goal_topics import known_goals
+from goalwire.observe.goal_topics import fetch_known_goals
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -35,7 +35,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     name, _ = ACTIONS.name_and_type(arguments)
 
     async def look(node: goalwire.Node) -> None:
-        found = await known_goals(node, name, arguments.timeout)
+        found = await fetch_known_goals(node, name, arguments.timeout)
         _print_goals([each for each in found if arguments.all or each.is_active], arguments, output)
 
     return live(look)

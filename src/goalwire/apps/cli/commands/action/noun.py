@@ -19,7 +19,7 @@ def _info_arguments(parser: ArgumentParser) -> None:
 
 
 def _info(arguments: Namespace, output: Output) -> None:
-    from goalwire.graph.names import SEND_GOAL, shown
+    from goalwire.graph.names import SEND_GOAL, show_type
     from goalwire.transport.contract import EndpointKind
 
     name, types, graph = ACTIONS.one(arguments, whole=True)
@@ -27,7 +27,7 @@ def _info(arguments: Namespace, output: Output) -> None:
     servers = graph.entities(EndpointKind.SERVICE, name + SEND_GOAL)
     if output.json:
         nodes = {
-            title: [{'node': each.node.qualified, 'type': shown(each.type_name)} for each in found]
+            title: [{'node': each.node.qualified, 'type': show_type(each.type_name)} for each in found]
             for title, found in (('clients', clients), ('servers', servers))
         }
         output.data({'name': name, 'types': types, **nodes})
@@ -36,7 +36,7 @@ def _info(arguments: Namespace, output: Output) -> None:
     for title, found in (('clients', clients), ('servers', servers)):
         output.line(f'Action {title}: {len(found)}')
         for each in () if arguments.count else found:
-            kind = f' [{shown(each.type_name)}]' if arguments.show_types else ''
+            kind = f' [{show_type(each.type_name)}]' if arguments.show_types else ''
             output.line(f'    {each.node.qualified}{kind}')
 
 

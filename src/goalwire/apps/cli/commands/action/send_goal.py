@@ -16,7 +16,7 @@ from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
-from goalwire.graph.names import SEND_GOAL, shown
+from goalwire.graph.names import SEND_GOAL, show_type
 from goalwire.observe.progress import ProgressError
 from goalwire.transport.contract import EndpointKind
 
@@ -85,7 +85,7 @@ class _Goal:
             await client.wait_for_server(timeout=LOOK_S)
         except goalwire.NoServerError:
             types = types_there(node, EndpointKind.SERVICE, self._name + SEND_GOAL)
-            refuse_other_type(self._name, self._type_name, [shown(each) for each in types])
+            refuse_other_type(self._name, self._type_name, [show_type(each) for each in types])
             await client.wait_for_server(timeout=self._arguments.timeout or PATIENCE_S)
         for set_stamp in self._set_stamps:
             set_stamp(node.clock.now().to_msg())

@@ -14,7 +14,7 @@ from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.apps.cli.framework.output import STATUS_STYLES, escaped, json_text
+from goalwire.apps.cli.framework.output import STATUS_STYLES, escape, json_text
 from goalwire.observe.goal_topics import follow_goals
 from goalwire.observe.goals import KEPT, Goal, GoalTable
 from goalwire.observe.messages import as_dict
@@ -94,8 +94,8 @@ class _Screen:
         if self._field and goal.progress is not None:
             row += f'  {bar(goal.progress)}'
         if goal.feedback is not None:
-            row += f'  {escaped(json_text(as_dict(goal.feedback)))}'
-        return self._output.styled(row[: columns - 1], STATUS_STYLES.get(goal.status, ''))
+            row += f'  {escape(json_text(as_dict(goal.feedback)))}'
+        return self._output.style(row[: columns - 1], STATUS_STYLES.get(goal.status, ''))
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:

@@ -92,7 +92,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         '--repeat-transient-local',
         metavar='TOPIC[=N]',
         nargs='+',
-        type=_repeated,
+        type=_parse_repeat,
         default=[],
         help='Topics whose latest messages are repeated at the start of each file, like /tf_static',
     )
@@ -199,7 +199,7 @@ def _key_value(text: str) -> tuple[str, str]:
     return key, value
 
 
-def _repeated(text: str) -> tuple[str, int]:
+def _parse_repeat(text: str) -> tuple[str, int]:
     topic, _, depth = text.partition('=')
     return full_name(topic, 'topic'), count(depth) if depth else 1
 

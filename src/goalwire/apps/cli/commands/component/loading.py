@@ -73,7 +73,7 @@ def container_names(graph: Graph) -> list[str]:
     ]
 
 
-def named_container(arguments: Namespace) -> str:
+def find_container(arguments: Namespace) -> str:
     """Return the container that the user named; raises CommandError if it is not in the graph."""
     name = lookup.full_name(arguments.container_node_name, 'container')
     with discovered(arguments, lambda graph: name in container_names(graph)) as graph:

@@ -11,8 +11,8 @@ from goalwire.apps.cli.commands.component.loading import (
     add_component_arguments,
     add_container_argument,
     container_names,
+    find_container,
     load_component,
-    named_container,
 )
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.discovery import add_graph_arguments, discovered
@@ -85,7 +85,7 @@ def _list_arguments(parser: ArgumentParser) -> None:
 
 def _list(arguments: Namespace, output: Output) -> Outcome:
     if arguments.container_node_name is not None:
-        containers = [named_container(arguments)]
+        containers = [find_container(arguments)]
     else:
         with discovered(arguments, whole=True) as graph:
             containers = container_names(graph)
@@ -138,7 +138,7 @@ def _load_arguments(parser: ArgumentParser) -> None:
 
 
 def _load(arguments: Namespace, output: Output) -> Outcome:
-    container = named_container(arguments)
+    container = find_container(arguments)
 
     async def perform(node: goalwire.Node) -> None:
         loaded = await load_component(node, container, arguments)
@@ -167,7 +167,7 @@ def _unload_arguments(parser: ArgumentParser) -> None:
 def _unload(arguments: Namespace, output: Output) -> Outcome:
     from composition_interfaces.srv import UnloadNode
 
-    container = named_container(arguments)
+    container = find_container(arguments)
 
     async def perform(node: goalwire.Node) -> None:
         for unique_id in arguments.component_uid:

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, chosen_exercise
+from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, find_exercise
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Check a program; FAILED if something is wrong."""
-    exercise = chosen_exercise(arguments)
+    exercise = find_exercise(arguments)
     file = arguments.file or _find(exercise)
     if not file.is_file():
         raise CommandError(

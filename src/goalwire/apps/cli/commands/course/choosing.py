@@ -13,7 +13,7 @@ def add_exercise_argument(parser: ArgumentParser) -> None:
     parser.add_argument('exercise', help=f'Its number, 1 to {len(EXERCISES)}')
 
 
-def chosen_exercise(arguments: Namespace) -> Exercise:
+def find_exercise(arguments: Namespace) -> Exercise:
     """Return the exercise with the given number. Raises CommandError if no exercise has it."""
     for exercise in EXERCISES:
         if str(exercise.number) == arguments.exercise:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, chosen_exercise
+from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, find_exercise
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> None:
     """Print one hint."""
-    exercise = chosen_exercise(arguments)
+    exercise = find_exercise(arguments)
     hints = exercise.hints()
     if not 1 <= arguments.which <= len(hints):
         raise CommandError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, chosen_exercise
+from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, find_exercise
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -18,4 +18,4 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> None:
     """Print only the program, so that the output can be redirected into a file."""
-    output.block(chosen_exercise(arguments).read('solution.py'), end='')
+    output.block(find_exercise(arguments).read('solution.py'), end='')

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, chosen_exercise
+from goalwire.apps.cli.commands.course.choosing import add_exercise_argument, find_exercise
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.course.exercises import start
 
@@ -24,7 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> None:
     """Make the folder of an exercise; existing files are never overwritten."""
-    exercise = chosen_exercise(arguments)
+    exercise = find_exercise(arguments)
     place = Path(arguments.destination_directory)
     folder = place / exercise.folder
     try:

@@ -16,14 +16,14 @@ _RUN = 'python -m goalwire.run prog.py'
 def check_goalwire() -> Check:
     """Say where goalwire is imported from, and whether its files are mixed with those of another version."""
     name, here = 'goalwire', f'{goalwire.__version__} in {installation.CODE}'
-    found = installation.installed()
+    found = installation.find_installed()
     if not found:
         told = f'{here}, which is not installed'
         advice = 'pip install goalwire; else programs need the lines of docs/how-to/packaging.md'
         return Check(name, True, told, advice, is_needed=False)
     first, *others = found
     place = installation.place_of(first)
-    if not installation.brought_imported_code(first):
+    if not installation.is_imported(first):
         told = f'imported: {here}; installed: {first.version} in {place}'
         source = installation.CODE.parent
         advice = f'take {source} out of PYTHONPATH, or install that one: pip install -e its checkout'
@@ -47,7 +47,7 @@ def check_goalwire() -> Check:
 def check_rclpy() -> Check:
     """Say which rclpy a program imports here, and how to use goalwire instead if it is a different rclpy."""
     name = 'rclpy'
-    imported, foreign = installation.imported_rclpy(), installation.foreign_rclpy()
+    imported, foreign = installation.find_rclpy(), installation.foreign_rclpy()
     if not imported:
         advice = f'Python did not read goalwire.pth (python -S, or a folder in PYTHONPATH): {_RUN} needs none'
         return Check(name, False, '`import rclpy` finds none', advice)

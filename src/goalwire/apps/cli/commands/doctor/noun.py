@@ -43,13 +43,13 @@ def _environment() -> Check:
 
 
 def _wires() -> list[Check]:
-    selected = registry.selected_identifier()
+    selected = registry.select_identifier()
     checks = []
     for identifier in sorted(registry.available()):
         mark = ' (selected)' if identifier == selected else ''
         try:
             registry.get(identifier)
-            if identifier in dds.IDENTIFIERS and dds.chosen() == dds.CYCLONE:
+            if identifier in dds.IDENTIFIERS and dds.choose_session() == dds.CYCLONE:
                 from goalwire.transport.dds.cyclone.library import find_library
 
                 find_library()
@@ -67,7 +67,7 @@ def _wires() -> list[Check]:
 
 def _port() -> Check | None:
     """Describe the program at the port of Zenoh's routers; None on another wire."""
-    if registry.selected_identifier() != 'rmw_zenoh_cpp':
+    if registry.select_identifier() != 'rmw_zenoh_cpp':
         return None
     from goalwire.transport.zenoh.rendezvous import Holder, look, name_of_holder
     from goalwire.transport.zenoh.settings.environment import router_port
@@ -89,7 +89,7 @@ def _dds() -> Check | None:
     """Describe the DDS participants and how to reach them; None if there are none and DDS is not selected."""
     from goalwire.transport.dds.vendors import look_for_participants, rmw_for, vendor_name
 
-    selected = registry.selected_identifier()
+    selected = registry.select_identifier()
     is_selected = selected in dds.IDENTIFIERS
     if is_asked_for():
         return None  # A secured session does not answer announcements on unsecured DDS.
@@ -113,7 +113,7 @@ def _dds() -> Check | None:
 
 def _zenoh() -> Check | None:
     """On DDS: warn of a Zenoh router, because programs on Zenoh cannot be seen from DDS."""
-    if registry.selected_identifier() not in dds.IDENTIFIERS:
+    if registry.select_identifier() not in dds.IDENTIFIERS:
         return None
     from goalwire.transport.zenoh.rendezvous import Holder, look
     from goalwire.transport.zenoh.settings.environment import router_port
@@ -173,7 +173,7 @@ def _self_test() -> Check:
 
 
 def _advice() -> str:
-    if registry.selected_identifier() == 'rmw_zenoh_cpp':
+    if registry.select_identifier() == 'rmw_zenoh_cpp':
         return 'see the port above, and GOALWIRE_ROUTER: someone must offer the rendezvous'
     return 'see ROS_AUTOMATIC_DISCOVERY_RANGE and the firewall: discovery uses UDP multicast'
 

@@ -38,7 +38,7 @@ def add_robots_argument(parser: ArgumentParser, *, default: str | None = None) -
     )
 
 
-def robots_meant(arguments: Namespace, *, nodes_only: bool = False) -> tuple[list[str], Graph]:
+def find_robots(arguments: Namespace, *, nodes_only: bool = False) -> tuple[list[str], Graph]:
     """Return the robots that match --robots, and their graph.
 
     Raises CommandError if no robot matches; '*' may match none.

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.fleet.choosing import add_robots_argument, robots_meant
+from goalwire.apps.cli.commands.fleet.choosing import add_robots_argument, find_robots
 from goalwire.apps.cli.framework.output import tell
 from goalwire.rules.names.robots import robot_of
 
@@ -22,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> None:
     """Print the names of the robots, one a line."""
-    robots, graph = robots_meant(arguments, nodes_only=True)
+    robots, graph = find_robots(arguments, nodes_only=True)
     if arguments.count:
         output.data(len(robots)) if output.json else output.line(str(len(robots)))
         return

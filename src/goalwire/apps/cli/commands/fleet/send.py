@@ -13,9 +13,9 @@ from pathlib import Path
 from time import strftime
 from typing import TYPE_CHECKING, Any
 
-from goalwire.apps.cli.commands.fleet.choosing import add_robots_argument, robots_meant
+from goalwire.apps.cli.commands.fleet.choosing import add_robots_argument, find_robots
 from goalwire.apps.cli.framework import lookup, values
-from goalwire.apps.cli.framework.columns import aligned
+from goalwire.apps.cli.framework.columns import align
 from goalwire.apps.cli.framework.live import until_signal
 from goalwire.apps.cli.framework.numbers import count, length, positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
@@ -86,7 +86,7 @@ class _Sending:
         """Read the command line, and find the robots. Raises CommandError."""
         self._arguments = arguments
         self._output = output
-        self._robots, graph = robots_meant(arguments)
+        self._robots, graph = find_robots(arguments)
         if not self._robots:
             raise CommandError(Outcome.NOT_FOUND, 'there are no robots', 'give each robot a namespace')
         type_name, words = lookup.split_type(arguments.words, 'action')
@@ -178,7 +178,7 @@ class _Sending:
         reports = [self._reports[robot] for robot in self._robots if robot in self._reports]
         rows = [('ROBOT', 'STATUS', 'GOAL', '')]
         rows += [(each.robot, each.status, each.goal_id[:8] or '-', each.why) for each in reports]
-        head, *lines = aligned(rows)
+        head, *lines = align(rows)
         output.line(head)
         for report, line in zip(reports, lines, strict=True):
             output.line(line, style=STATUS_STYLES.get(report.status, '' if report.succeeded else 'red'))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.fleet.choosing import add_robots_argument, robots_meant
-from goalwire.apps.cli.framework.columns import aligned
+from goalwire.apps.cli.commands.fleet.choosing import add_robots_argument, find_robots
+from goalwire.apps.cli.framework.columns import align
 from goalwire.apps.cli.framework.live import until_signal
 from goalwire.apps.cli.framework.numbers import timeout_argument
 from goalwire.apps.cli.framework.outcome import Outcome
@@ -27,7 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Print one line for each robot."""
-    robots, _ = robots_meant(arguments, nodes_only=True)
+    robots, _ = find_robots(arguments, nodes_only=True)
 
     async def look() -> Outcome:
         from goalwire.fleet import Fleet
@@ -58,5 +58,5 @@ def _show(states: list[RobotState], output: Output) -> None:
     for each in states:
         battery = '-' if each.battery is None else f'{each.battery * 100:.0f} %'
         rows.append((each.robot, each.word, battery, str(each.goals), str(each.nodes)))
-    for line in aligned(rows):
+    for line in align(rows):
         output.line(line)

@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.commands.mission.definitions import missions_in
-from goalwire.apps.cli.commands.mission.journals import add_journal_argument, opened
+from goalwire.apps.cli.commands.mission.journals import add_journal_argument, open_journal
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def run(arguments: Namespace, output: Output) -> None:
 
     definitions = missions_in(arguments.file)
     stuck = 0
-    with opened(arguments) as store:
+    with open_journal(arguments) as store:
         for row in store.missions():
             if not row.state.is_open:
                 continue

@@ -39,7 +39,7 @@ def add_mission_arguments(parser: ArgumentParser) -> None:
 
 
 @contextmanager
-def opened(arguments: Namespace) -> Iterator[Store]:
+def open_journal(arguments: Namespace) -> Iterator[Store]:
     """Open the journal, which has to exist. Raises CommandError."""
     from goalwire.missions.store import Store
 
@@ -82,7 +82,7 @@ def answer(arguments: Namespace, verb: str) -> None:
     from goalwire.errors import MissionError
     from goalwire.missions.questions import answer_body
 
-    with opened(arguments) as store:
+    with open_journal(arguments) as store:
         row = find_mission(store, arguments.mission_id)
         try:
             body = answer_body(verb, arguments.answer, row.state, store.entries(row.id))

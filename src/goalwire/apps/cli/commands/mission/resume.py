@@ -9,7 +9,7 @@ from goalwire.apps.cli.commands.mission.journals import (
     add_mission_arguments,
     find_mission,
     leave_command,
-    opened,
+    open_journal,
 )
 
 if TYPE_CHECKING:
@@ -23,5 +23,5 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, _output: Output) -> None:
     """Leave the command for the runner; raises CommandError."""
-    with opened(arguments) as store:
+    with open_journal(arguments) as store:
         leave_command(store, find_mission(store, arguments.mission_id), 'resume', {})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.mission.journals import add_mission_arguments, find_mission, opened
+from goalwire.apps.cli.commands.mission.journals import add_mission_arguments, find_mission, open_journal
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
@@ -21,7 +21,7 @@ def run(arguments: Namespace, output: Output) -> None:
     """Print the mission; raises CommandError."""
     from goalwire.apps.cli.commands.mission.showing import clock_time, row_data
 
-    with opened(arguments) as store:
+    with open_journal(arguments) as store:
         row = find_mission(store, arguments.mission_id)
     if output.json:
         output.data(row_data(row))

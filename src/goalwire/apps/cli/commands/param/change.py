@@ -76,7 +76,7 @@ def _value_of_text(name: str, text: str, descriptor: Any) -> Any:
     from goalwire.rules.parameters.fitting import fit_parameter_text
     from goalwire.rules.parameters.parameter import value_message
 
-    type_ = _fixed_type(descriptor)
+    type_ = _find_fixed_type(descriptor)
     if type_ is None:
         return parameter_value_from_text(text)
     return value_message(type_, fit_parameter_text(name, type_, text))
@@ -176,18 +176,18 @@ def _value_of_data(name: str, data: object, descriptor: Any) -> Any:
     from goalwire.idl.field_values import plain_values
     from goalwire.rules.parameters.fitting import fit_parameter
     from goalwire.rules.parameters.parameter import value_message
-    from goalwire.rules.parameters.plain_yaml import typed_value
+    from goalwire.rules.parameters.plain_yaml import read_typed_value
 
-    type_ = _fixed_type(descriptor)
+    type_ = _find_fixed_type(descriptor)
     if type_ is None:
-        return value_message(*typed_value(name, plain_values(data)))
+        return value_message(*read_typed_value(name, plain_values(data)))
     return value_message(type_, fit_parameter(name, type_, data))
 
 
 # -- shared by set, delete and load --------------------------------------------------------------------------
 
 
-def _fixed_type(descriptor: Any) -> Type | None:
+def _find_fixed_type(descriptor: Any) -> Type | None:
     """Return the declared type of a parameter; None if it is dynamically typed or not declared."""
     from goalwire.rules.parameters.fitting import KIND_NAMES
     from goalwire.rules.parameters.parameter import Type

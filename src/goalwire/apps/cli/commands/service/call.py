@@ -15,7 +15,7 @@ from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types
 from goalwire.apps.cli.framework.named import SERVICES
 from goalwire.apps.cli.framework.numbers import count, positive
 from goalwire.apps.cli.framework.outcome import Outcome
-from goalwire.observe.latencies import Latencies, shown_seconds
+from goalwire.observe.latencies import Latencies, show_seconds
 from goalwire.observe.messages import as_dict
 from goalwire.transport.contract import EndpointKind
 
@@ -177,7 +177,7 @@ def _show_latencies(name: str, latencies: Latencies, lasted: float, output: Outp
     )
     if not answered:
         return
-    output.line('  '.join(f'{title} {shown_seconds(each)}' for title, each in seconds.items()))
+    output.line('  '.join(f'{title} {show_seconds(each)}' for title, each in seconds.items()))
     for line in histogram_lines(latencies):
         output.line(line)
 
@@ -187,7 +187,7 @@ def histogram_lines(latencies: Latencies) -> list[str]:
     buckets = latencies.histogram()
     most = max((n for _, n in buckets), default=0)
     return [
-        f'  < {shown_seconds(upper):>10}  {"█" * ceil(_BAR * n / most):{_BAR}}  {n}'.rstrip()
+        f'  < {show_seconds(upper):>10}  {"█" * ceil(_BAR * n / most):{_BAR}}  {n}'.rstrip()
         for upper, n in buckets
     ]
 

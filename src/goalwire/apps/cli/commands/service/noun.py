@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 def _list_arguments(parser: ArgumentParser) -> None:
     SERVICES.list_arguments(parser)
-    SERVICES.hidden_flag(parser, '-a', '--all')
+    SERVICES.add_hidden_flag(parser, '-a', '--all')
 
 
 def _find_arguments(parser: ArgumentParser) -> None:
     SERVICES.find_arguments(parser)
-    SERVICES.hidden_flag(parser)
+    SERVICES.add_hidden_flag(parser)
 
 
 def _info_arguments(parser: ArgumentParser) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def _list_arguments(parser: ArgumentParser) -> None:
     TOPICS.list_arguments(parser)
-    TOPICS.hidden_flag(parser, '-a', '--all')
+    TOPICS.add_hidden_flag(parser, '-a', '--all')
     parser.add_argument('-v', '--verbose', action='store_true', help='Show how many publish and subscribe')
 
 
@@ -46,7 +46,7 @@ def _list(arguments: Namespace, output: Output) -> None:
 
 def _find_arguments(parser: ArgumentParser) -> None:
     TOPICS.find_arguments(parser)
-    TOPICS.hidden_flag(parser)
+    TOPICS.add_hidden_flag(parser)
 
 
 def _info_arguments(parser: ArgumentParser) -> None:

@@ -94,7 +94,7 @@ class _Plot:
         now, lines = monotonic(), list[str]()
         for curve in self._curves:
             latest = f'{curve.points[-1][1]:.6g}' if curve.points else 'nothing has come yet'
-            lines.append(self._output.styled(f'{curve.title}: {latest}'[: columns - 1], 'bold'))
+            lines.append(self._output.style(f'{curve.title}: {latest}'[: columns - 1], 'bold'))
             lines += curve_text(list(curve.points), now - self._seconds, now, columns - 1, rows)
         back = f'\x1b[{self._painted}A' if self._painted else ''
         self._output.raw(back + ''.join(f'\r{line}\x1b[K\n' for line in lines) + '\x1b[J')

@@ -62,10 +62,11 @@ def bandwidth_text(bytes_a_second: float, sizes: Spread) -> str:
     """Return ROS 2's two lines about bytes, in a unit that suits the rate."""
     power, unit = (0, 'B') if bytes_a_second < 1e3 else (1, 'KB') if bytes_a_second < 1e6 else (2, 'MB')
 
-    def shown(number: float) -> str:
+    def show_size(number: float) -> str:
         return f'{number:.0f} B' if not power else f'{number / 1000**power:.2f} {unit}'
 
     return (
-        f'{shown(bytes_a_second)}/s from {sizes.number} messages\n'
-        f'\tMessage size mean: {shown(sizes.mean)} min: {shown(sizes.least)} max: {shown(sizes.most)}'
+        f'{show_size(bytes_a_second)}/s from {sizes.number} messages\n'
+        f'\tMessage size mean: {show_size(sizes.mean)} min: {show_size(sizes.least)} '
+        f'max: {show_size(sizes.most)}'
     )

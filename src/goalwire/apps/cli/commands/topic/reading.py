@@ -42,12 +42,12 @@ class RawSource(NamedTuple):
 
 def raw_source(arguments: Namespace, given: str) -> RawSource:
     """Return the named topic with a type, which may be unknown here, and a QoS. Raises CommandError."""
-    from goalwire.observe.serialized_types import serialized_type
+    from goalwire.observe.serialized_types import find_serialized_type
 
     name, type_name, graph = _one(arguments, given)
     return RawSource(
         name,
-        serialized_type(graph, name, type_name),
+        find_serialized_type(graph, name, type_name),
         _qos(arguments, graph.entities(EndpointKind.PUBLISHER, name)),
     )
 
