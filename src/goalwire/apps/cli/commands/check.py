@@ -42,10 +42,7 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
             'name a file or a folder that has some',
         )
     for problem in problems:
-        if output.json:
-            output.data({'problem': problem})
-        else:
-            output.line(problem)
+        output.show({'problem': problem}, problem)
     if not output.json:
         found = f'{len(problems)} mistake{"s" if len(problems) != 1 else ""}' if problems else 'no mistakes'
         output.line(f'{count} file{"s" if count != 1 else ""} checked: {found}')

@@ -41,7 +41,7 @@ def _list(arguments: Namespace, output: Output) -> None:
         for package in sorted(found):
             for name in sorted(found[package]):
                 if name.startswith(f'{kind}/'):
-                    output.data(f'{package}/{name}') if output.json else output.line(f'    {package}/{name}')
+                    output.show(f'{package}/{name}', f'    {package}/{name}')
 
 
 def _package_arguments(parser: ArgumentParser) -> None:
@@ -64,7 +64,7 @@ def _package(arguments: Namespace, output: Output) -> None:
         )
     for each in sorted(found):
         if each.split('/')[0] in _kinds(arguments):
-            output.data(f'{name}/{each}') if output.json else output.line(f'{name}/{each}')
+            output.show(f'{name}/{each}', f'{name}/{each}')
 
 
 def _packages(arguments: Namespace, output: Output) -> None:
@@ -73,7 +73,7 @@ def _packages(arguments: Namespace, output: Output) -> None:
     wanted = _kinds(arguments)
     for package, names in sorted(get_interfaces().items()):
         if any(name.split('/')[0] in wanted for name in names):
-            output.data(package) if output.json else output.line(package)
+            output.show(package, package)
 
 
 # -- show ----------------------------------------------------------------------------------------------------

@@ -55,10 +55,10 @@ def _nodes_arguments(parser: ArgumentParser) -> None:
 def _nodes(arguments: Namespace, output: Output) -> None:
     names = _lifecycle_nodes(arguments, include_hidden=arguments.all)
     if arguments.count_nodes:
-        output.data(len(names)) if output.json else output.line(str(len(names)))
+        output.show(len(names), str(len(names)))
         return
     for name in names:
-        output.data({'name': name}) if output.json else output.line(name)
+        output.show({'name': name}, name)
 
 
 def _node_arguments(parser: ArgumentParser) -> None:
@@ -129,10 +129,10 @@ def _get(arguments: Namespace, output: Output) -> Outcome:
                 tell(f"Exception while calling service of node '{name}': {error}")
                 outcome = Outcome.SERVER_LOST
                 continue
-            if output.json:
-                output.data({'node': name, 'id': state.id, 'label': state.label})
-            else:
-                output.line(f'{"" if arguments.node_name else f"{name}: "}{state.label} [{state.id}]')
+            output.show(
+                {'node': name, 'id': state.id, 'label': state.label},
+                f'{"" if arguments.node_name else f"{name}: "}{state.label} [{state.id}]',
+            )
         return outcome
 
     return live(show)

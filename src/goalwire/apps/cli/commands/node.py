@@ -28,7 +28,7 @@ def _list(arguments: Namespace, output: Output) -> None:
     with discovered(arguments) as graph:
         names = node_names(graph, include_hidden=arguments.all)
     if arguments.count_nodes:
-        output.data(len(names)) if output.json else output.line(str(len(names)))
+        output.show(len(names), str(len(names)))
         return
     if len(set(names)) < len(names):
         tell(
@@ -36,7 +36,7 @@ def _list(arguments: Namespace, output: Output) -> None:
             'which can have unintended side effects.'
         )
     for name in names:
-        output.data({'name': name}) if output.json else output.line(name)
+        output.show({'name': name}, name)
 
 
 def _info_arguments(parser: ArgumentParser) -> None:

@@ -48,10 +48,7 @@ def _prefix(arguments: Namespace, output: Output) -> None:
         found = find(arguments.package_name)
     except NoSuchPackageError as error:
         raise _explain_not_found(arguments, error) from error
-    if output.json:
-        output.data({'package': arguments.package_name, 'share' if arguments.share else 'prefix': found})
-    else:
-        output.line(found)
+    output.show({'package': arguments.package_name, 'share' if arguments.share else 'prefix': found}, found)
 
 
 def _of_package(parser: ArgumentParser) -> None:

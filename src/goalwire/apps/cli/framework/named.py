@@ -120,10 +120,10 @@ class Named:
             self._print_number(found, output)
             return
         for name, types in found:
-            if output.json:
-                output.data({'name': name, 'types': types})
-            else:
-                output.line(f'{name} [{", ".join(types)}]' if arguments.show_types else name)
+            output.show(
+                {'name': name, 'types': types},
+                f'{name} [{", ".join(types)}]' if arguments.show_types else name,
+            )
 
     def print_types(self, arguments: Namespace, output: Output) -> None:
         """Print the types of the named thing."""
@@ -143,11 +143,11 @@ class Named:
             self._print_number(found, output)
             return
         for name in found:
-            output.data({'name': name, 'types': [wanted]}) if output.json else output.line(name)
+            output.show({'name': name, 'types': [wanted]}, name)
 
     def _print_number(self, found: Iterable[object], output: Output) -> None:
         number = sum(1 for _ in found)
-        output.data(number) if output.json else output.line(str(number))
+        output.show(number, str(number))
 
 
 SERVICES = Named(

@@ -68,6 +68,13 @@ class Output:
         self._stream.write(json_text(value) + '\n')
         self._stream.flush()
 
+    def show(self, value: Json, text: str, *, style: str = '') -> None:
+        """Print the value with `--json`, else the text on one line."""
+        if self.json:
+            self.data(value)
+        else:
+            self.line(text, style=style)
+
     def style(self, text: str, style: str) -> str:
         """Return a text in a style of STYLES, only on a terminal."""
         return f'\x1b[{STYLES[style]}m{text}\x1b[0m' if style and self._coloured else text

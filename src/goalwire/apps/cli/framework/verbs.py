@@ -36,19 +36,23 @@ class Verb(NamedTuple):
     """True if the verb itself reads `--ros-args …`, as `run` and `launch` do; False if its node does."""
 
 
-def lazy(module: str) -> tuple[Run, AddArguments]:
-    """Return a verb's two functions, `run` and `add_arguments` of a module below `commands`.
+def lazy(module: str, function: str = 'run') -> tuple[Run, AddArguments]:
+    """Return a verb's two functions, which are in a module below `commands`.
 
-    The module is imported when one of them is called, because modules that use a node import slowly.
+    `function` runs the verb. The other one, `add_FUNCTION_arguments`, is named `add_arguments` if several
+    verbs share it or the module has one verb. The module is imported when one of them is called, because
+    modules that use a node import slowly.
     """
     path = f'goalwire.apps.cli.commands.{module}'
 
     def run(arguments: argparse.Namespace, output: Output) -> Outcome | None:
-        outcome: Outcome | None = import_module(path).run(arguments, output)
+        outcome: Outcome | None = getattr(import_module(path), function)(arguments, output)
         return outcome
 
     def add_arguments(parser: argparse.ArgumentParser) -> None:
-        import_module(path).add_arguments(parser)
+        found = import_module(path)
+        add = getattr(found, f'add_{function}_arguments', None) or found.add_arguments
+        add(parser)
 
     return run, add_arguments
 

@@ -44,7 +44,7 @@ NOUN = Noun(
     'action',
     'Various action related sub-commands',
     (
-        Verb('attach', 'Follow a goal that was sent before', *lazy('action.attach')),
+        Verb('attach', 'Follow a goal that was sent before', *lazy('action.known_goals', 'attach')),
         Verb('cancel', 'Cancel goals of an action', *lazy('action.cancel')),
         Verb('echo', 'Echo what happens to the goals of an action', *lazy('action.echo')),
         Verb(
@@ -53,10 +53,10 @@ NOUN = Noun(
             ACTIONS.print_of_type,
             ACTIONS.find_arguments,
         ),
-        Verb('goals', 'Output a list of the goals of an action', *lazy('action.goals')),
+        Verb('goals', 'Output a list of the goals of an action', *lazy('action.known_goals', 'list_goals')),
         Verb('info', 'Print information about an action', _info, _info_arguments),
         Verb('list', 'Output a list of action names', ACTIONS.print_all, ACTIONS.list_arguments),
-        Verb('probe', 'Print the state of a goal that was sent before', *lazy('action.probe')),
+        Verb('probe', 'Print the state of a goal that was sent before', *lazy('action.known_goals', 'probe')),
         Verb('send_goal', 'Send an action goal', *lazy('action.send_goal')),
         Verb('type', "Print an action's type", ACTIONS.print_types, ACTIONS.name_argument),
         Verb('watch', 'Show the goals of an action while they run', *lazy('action.watch')),

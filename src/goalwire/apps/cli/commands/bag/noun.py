@@ -1,4 +1,4 @@
-"""ros2 bag: its verbs. Each has a module in this folder, imported when the verb runs."""
+"""ros2 bag: its verbs. The module of a verb is imported when the verb runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NOUN = Noun(
         Verb(
             'check',
             'Read every byte of a bag, and say what is wrong with it',
-            *lazy('bag.check'),
+            *lazy('bag.mending', 'check_bag'),
             has_json=False,
         ),
         Verb(
@@ -31,11 +31,16 @@ NOUN = Noun(
         Verb('list', 'Print information about available plugins to the screen', *lazy('bag.list')),
         Verb('play', 'Play back ROS data from a bag', *lazy('bag.play'), has_json=False),
         Verb('record', 'Record ROS data to a bag', *lazy('bag.record'), has_json=False),
-        Verb('reindex', 'Reconstruct metadata file for a bag', *lazy('bag.reindex'), has_json=False),
+        Verb(
+            'reindex',
+            'Reconstruct metadata file for a bag',
+            *lazy('bag.mending', 'reindex_bag'),
+            has_json=False,
+        ),
         Verb(
             'repair',
             'Write whatever can be read of a bag into a new one',
-            *lazy('bag.repair'),
+            *lazy('bag.mending', 'repair_bag'),
             has_json=False,
         ),
     ),

@@ -91,7 +91,7 @@ def _list(arguments: Namespace, output: Output) -> Outcome:
             containers = container_names(graph)
     if arguments.containers_only:
         for name in containers:
-            output.data({'container': name}) if output.json else output.line(name)
+            output.show({'container': name}, name)
         return Outcome.OK
 
     async def show(node: goalwire.Node) -> Outcome:

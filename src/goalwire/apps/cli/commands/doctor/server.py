@@ -1,4 +1,4 @@
-"""python -m goalwire.doctor_server NAME: serves `ros2 doctor` until its standard input ends."""
+"""python -m goalwire.apps.cli.commands.doctor.server NAME: serves `ros2 doctor` until its input ends."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from time import strftime
 from typing import TYPE_CHECKING, Any
 
-from goalwire.apps.cli.commands.fleet.choosing import add_robots_argument, find_robots
+from goalwire.apps.cli.commands.fleet.looking import add_robots_argument, find_robots
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.columns import align
 from goalwire.apps.cli.framework.live import until_signal

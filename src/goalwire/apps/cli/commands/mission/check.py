@@ -36,10 +36,9 @@ def run(arguments: Namespace, output: Output) -> None:
             else:
                 why = asyncio.run(why_stuck(row, definition, store.entries(row.id)))
             stuck += bool(why)
-            if output.json:
-                output.data({'id': row.id, 'fits': not why, 'why': why})
-            else:
-                output.line(f'{row.id}: {f"stuck: {why}" if why else "fits"}')
+            output.show(
+                {'id': row.id, 'fits': not why, 'why': why}, f'{row.id}: {f"stuck: {why}" if why else "fits"}'
+            )
     if stuck:
         see = 'let the old code finish them, or cancel them'
         raise CommandError(Outcome.FAILED, f'{stuck} open missions do not fit this code', see)

@@ -12,10 +12,9 @@ from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.errors import JournalError, did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from goalwire.missions.store import MissionRow, Store
-    from goalwire.rules.missions.entries import Json
 
 DEFAULT = 'missions.db'
 
@@ -65,28 +64,3 @@ def find_mission(store: Store, given: str) -> MissionRow:
         raise CommandError(Outcome.BAD_VALUE, f"{len(found)} missions begin with '{given}'", see)
     near = did_you_mean(get_close_matches(given, [row.id for row in rows], 3, 0.6))
     raise CommandError(Outcome.NOT_FOUND, f"there is no mission '{given}'", near or see)
-
-
-def leave_command(store: Store, row: MissionRow, verb: str, body: Mapping[str, Json]) -> None:
-    """Put a command into the journal, and wake its runner. Raises CommandError if the mission has ended."""
-    from goalwire.missions.wakeup import wake_runner
-
-    if not row.state.is_open:
-        raise CommandError(Outcome.REFUSED, f"mission '{row.id}' has ended: {row.state}")
-    store.command(row.id, verb, body)
-    wake_runner(store)
-
-
-def answer(arguments: Namespace, verb: str) -> None:
-    """Leave the answer to a question. Raises CommandError if there is no such question."""
-    from goalwire.errors import MissionError
-    from goalwire.missions.questions import answer_body
-
-    with open_journal(arguments) as store:
-        row = find_mission(store, arguments.mission_id)
-        try:
-            body = answer_body(verb, arguments.answer, row.state, store.entries(row.id))
-        except MissionError as error:
-            see = f'see: goalwire mission show {row.id}'
-            raise CommandError(Outcome.REFUSED, f"mission '{row.id}': {error}", see) from None
-        leave_command(store, row, verb, body)

@@ -67,8 +67,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
 
 async def _show(run: MissionRun, output: Output) -> Outcome:
     """Print the journal as it is written, and how the mission ends."""
-    from goalwire.apps.cli.commands.mission.show import next_command
-    from goalwire.apps.cli.commands.mission.showing import show_entry
+    from goalwire.apps.cli.commands.mission.looking import next_command, show_entry
     from goalwire.missions import MissionState
     from goalwire.records import replace
 
@@ -86,8 +85,8 @@ async def _show(run: MissionRun, output: Output) -> Outcome:
     except MissionFailed as error:
         code = Outcome.CANCELED if run.state is MissionState.CANCELED else Outcome.ABORTED
         raise CommandError(code, str(error)) from None
-    if output.json:
-        output.data({'id': mission, 'state': str(run.state), 'result': result})
-    else:
-        output.line(f'Mission {run.state}{"" if result is None else f": {result}"}')
+    output.show(
+        {'id': mission, 'state': str(run.state), 'result': result},
+        f'Mission {run.state}{"" if result is None else f": {result}"}',
+    )
     return Outcome.OK

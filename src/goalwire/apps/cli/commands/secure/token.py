@@ -31,10 +31,7 @@ def run(arguments: Namespace, output: Output) -> Outcome:
     policy = load_policy(folder / 'policy.toml')
     if arguments.delete:
         count = delete_tokens(folder, name)
-        if output.json:
-            output.data({'name': name, 'deleted': count})
-        else:
-            output.line(f'{count} tokens of {name} are deleted')
+        output.show({'name': name, 'deleted': count}, f'{count} tokens of {name} are deleted')
         return Outcome.OK
     if not policy.knows(name):
         raise CommandError(

@@ -80,13 +80,15 @@ NOUN = Noun(
     'topic',
     'Various topic related sub-commands',
     (
-        Verb('bw', 'Display bandwidth used by topic', *lazy('topic.bw')),
-        Verb('delay', 'Display delay of topic from timestamp in header', *lazy('topic.delay')),
+        Verb('bw', 'Display bandwidth used by topic', *lazy('topic.rates', 'measure_bandwidth')),
+        Verb(
+            'delay', 'Display delay of topic from timestamp in header', *lazy('topic.rates', 'measure_delay')
+        ),
         Verb('echo', 'Output messages from a topic', *lazy('topic.echo')),
         Verb(
             'find', 'Output a list of available topics of a given type', TOPICS.print_of_type, _find_arguments
         ),
-        Verb('hz', 'Print the average receiving rate to screen', *lazy('topic.hz')),
+        Verb('hz', 'Print the average receiving rate to screen', *lazy('topic.rates', 'measure_rate')),
         Verb('info', 'Print information about a topic', _info, _info_arguments),
         Verb('list', 'Output a list of available topics', _list, _list_arguments),
         Verb('plot', 'Draw fields of messages in the terminal', *lazy('topic.plot'), has_json=False),
