@@ -47,7 +47,7 @@ def _positional_field(found: re.Match[str], frame: FrameType) -> str:
 def _unknown_field(found: re.Match[str], _frame: FrameType) -> str:
     from difflib import get_close_matches
 
-    made = getattr(sys.modules.get('goalwire.idl.classes'), 'made_classes', None)
+    made = getattr(sys.modules.get('goalwire.idl.classes'), 'find_made_classes', None)
     for fields in map(_fields_of, [] if made is None else made(found[1])):
         if not fields:
             return f'{found[1]} has no fields'

@@ -282,7 +282,7 @@ class Node:
     ) -> Subscription[Any]:
         """Make a subscription: an async iterator of messages, or with `raw` of their serialized bytes.
 
-        With `raw` the type may be a `named_message_support`, which needs no message class. Raises as
+        With `raw` the type may be a `find_message_support`, which needs no message class. Raises as
         `publisher` does.
         """
         return Subscription(self._open_core(), msg_type, topic, _qos(qos), raw=raw)

@@ -156,7 +156,8 @@ def test_a_future_names_its_executor(node: Node, executor: Any) -> None:
             callback(*args)
 
     own = Own()
-    futures: list[Any] = [executor.create_future(), executor.create_task(bool), Future(executor=own), Future()]
+    made = [executor.create_future(), executor.create_task(bool)]
+    futures: list[Any] = [*made, Future(executor=own), Future()]
     assert [future._executor() for future in futures] == [executor, executor, own, None]
     client = node.create_client(SetBool, 'switch')
     futures = [client.call_async(SetBool.Request())]

@@ -90,7 +90,7 @@ def discovered(
     robot = '' if view is not None else find_robot()
     view = view or find_view()
 
-    # `raised` begins after `_open_session`, whose imports must not be interrupted.
+    # `raise_interrupts` begins after `_open_session`, whose imports must not be interrupted.
     with closing(_open_session(view)) as session, raise_interrupts():
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
