@@ -223,18 +223,20 @@ class QueueingWriter(Writer):
         """Send the oldest waiting message and remove it; False if none waits, or there is no room."""
         if self._guard is not None and self._guard.is_silent:
             self.discard_waiting()
+        failure: LocalError | None = None
+        # The lock is held during the write, which does not block. So after `discard_waiting` this thread sends
+        # nothing any more: a message in its hand would go to the next server.
         with self._lock:
             if not self._waiting:
                 return False
-            first = self._waiting[0]
-        try:
-            if write(first) == TIMEOUT:
-                return False
-        except LocalError as error:
-            report_failure(f"topic '{self.topic}'", error)
-        with self._lock:
-            if self._waiting and self._waiting[0] is first:  # not discarded meanwhile
-                self._waiting.popleft()
+            try:
+                if write(self._waiting[0]) == TIMEOUT:
+                    return False
+            except LocalError as error:
+                failure = error
+            self._waiting.popleft()
+        if failure is not None:
+            report_failure(f"topic '{self.topic}'", failure)
         return True
 
     def discard_waiting(self) -> None:
