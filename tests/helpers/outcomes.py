@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from helpers.held_up import HeldUp
+
 from goalwire.errors import GoalwireError
 
 DONE = 'done'
@@ -20,6 +22,7 @@ class Outcomes:
         self.counts: Counter[str] = Counter()
         self.slowest: float | None = None
         """The longest time from a fault to its typed error, in s."""
+        self._held_up = HeldUp()
 
     @contextmanager
     def counted(self, since: Callable[[], int] | None = None) -> Iterator[None]:
@@ -41,6 +44,14 @@ class Outcomes:
         self.counts[kind] += number
         if took is not None:
             self.slowest = max(took, self.slowest or 0.0)
+
+    def expect_within(self, seconds: float, held_up: HeldUp | None = None) -> None:
+        """Insist that each error came within `seconds`, the time aside in which the machine had no core free.
+
+        `held_up` measures that time if another process than this one was to be told.
+        """
+        assert self.slowest is not None
+        assert self.slowest < seconds + (held_up or self._held_up).seconds
 
     @property
     def total(self) -> int:

@@ -9,9 +9,9 @@ import threading
 from collections.abc import Callable
 from time import monotonic
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """Seconds for what programs that run do, and for the start and the end of one."""
-COMMAND = 30.0
+COMMAND = 60.0
 """Seconds for a command line from its start to its end."""
 NOTEBOOK = 60.0
 """Seconds for a kernel of Jupyter: its start, and a cell."""

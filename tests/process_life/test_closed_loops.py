@@ -11,7 +11,7 @@ from helpers.programs import programs_in
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(sys.platform != 'linux', reason='looks in /proc'),
-    pytest.mark.timeout(150),
+    pytest.mark.timeout(400),
 ]
 
 

@@ -36,7 +36,7 @@ def failures(session: str, folder: Path, *cases: str, patience: float) -> list[s
     return lines[lines.index('--') + 1 :] if '--' in lines else lines
 
 
-@pytest.mark.timeout(200)
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize(('number', 'session'), list(enumerate(WIRES)))
 def test_a_diagonal_of_children(number: int, session: str, tmp_path: Path) -> None:
     assert failures(session, tmp_path, 'some', str(number), patience=180) == [f'{DIAGONAL} cases', 'good']

@@ -20,7 +20,7 @@ from goalwire.transport.dds import NATIVE, choose_session
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(sys.platform != 'linux', reason='uses pidfd, and looks in /proc'),
-    pytest.mark.timeout(150),
+    pytest.mark.timeout(400),
 ]
 
 TIMES = int(os.environ.get('GOALWIRE_TEST_FORKS', '1'))

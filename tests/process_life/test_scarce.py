@@ -16,7 +16,7 @@ from helpers.programs import programs_in
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(sys.platform != 'linux', reason='namespaces of Linux'),
-    pytest.mark.timeout(150),
+    pytest.mark.timeout(400),
 ]
 
 UNSHARE = 'unshare'

@@ -12,7 +12,7 @@ from helpers.wires import DDS, require
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
 
-SOME_PROGRAMS = pytest.mark.timeout(240)
+SOME_PROGRAMS = pytest.mark.timeout(400)
 """Many programs one after the other, on a machine that is busy."""
 TIMES = int(os.environ.get('GOALWIRE_TEST_EXITS', '5'))
 """How often a program leaves in each way on each wire; GOALWIRE_TEST_EXITS=20 makes it more."""

@@ -6,7 +6,7 @@ import pytest
 from helpers.isolation import lease_variables
 from helpers.programs import Start
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 
 @pytest.mark.parametrize(

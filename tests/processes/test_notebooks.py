@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 pytest.importorskip('ipykernel')
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(180),
+    pytest.mark.timeout(400),
     pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX'),
 ]
 

@@ -15,7 +15,7 @@ from helpers.wires import DDS, require
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(sys.platform != 'linux', reason='counts in /proc'),
-    pytest.mark.timeout(150),
+    pytest.mark.timeout(400),
 ]
 
 STREAM_KIB = 1000

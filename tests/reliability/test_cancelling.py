@@ -9,6 +9,7 @@ from action_msgs.srv import CancelGoal
 from example_interfaces.action import Fibonacci
 from helpers.loops import run
 from helpers.outcomes import Outcomes
+from helpers.patience import PATIENCE
 
 import goalwire
 from goalwire.errors import GoalCanceled
@@ -38,13 +39,16 @@ def test_what_is_cancelled_is_answered_by_the_codes_of_ros_2(stage: MakeStage, e
             async def cancel(goal_id: bytes = bytes(16)) -> int:
                 request = CancelGoal.Request()
                 request.goal_info.goal_id.uuid = list(goal_id)
-                return int((await raw.call(request, timeout=5.0)).return_code)
+                return int((await raw.call(request, timeout=PATIENCE)).return_code)
 
-            async with client.send(order=0, timeout=5.0) as goal:
+            async with client.send(order=0, timeout=PATIENCE) as goal:
                 await goal.result
                 assert await cancel(goal.goal_id) == Response.ERROR_GOAL_TERMINATED
             assert await cancel(bytes(range(16))) == Response.ERROR_UNKNOWN_GOAL_ID
-            async with client.send(order=60_000, timeout=5.0) as first, client.send(order=60_000) as second:
+            async with (
+                client.send(order=60_000, timeout=PATIENCE) as first,
+                client.send(order=60_000) as second,
+            ):
                 assert await cancel() == Response.ERROR_NONE
                 for each in (first, second):
                     with pytest.raises(GoalCanceled):
@@ -66,12 +70,12 @@ def test_a_cancellation_that_races_the_end_leaves_both_sides_of_one_mind(
         async with stage() as (arm, mission, faults):
             arm.action_server(Fibonacci, 'count', count)
             client = mission.action(Fibonacci, 'count')
-            await client.wait_for_server(timeout=5.0)
+            await client.wait_for_server(timeout=PATIENCE)
             faults.add(Delay(0.002, jitter=0.004, kind=Kind.REQUEST))
             faults.add(Delay(0.002, jitter=0.004, kind=Kind.REPLY))
             for order in range(40):
-                async with client.send(order=order % 10, timeout=5.0) as goal:
-                    agreed = await goal.cancel(timeout=5.0)
+                async with client.send(order=order % 10, timeout=PATIENCE) as goal:
+                    agreed = await goal.cancel(timeout=PATIENCE)
                     with outcomes.counted():
                         await goal.result
                     assert goal.status in {GoalStatus.CANCELED, GoalStatus.SUCCEEDED}

@@ -10,6 +10,7 @@ import asyncio
 
 import pytest
 from helpers.outcomes import Outcomes
+from helpers.patience import PATIENCE
 from std_srvs.srv import Trigger
 
 from goalwire.testing import VirtualClock
@@ -40,7 +41,7 @@ def call_often(stage: MakeStage, faults: list[Fault], number: int, at_once: int,
         async with stage() as (arm, mission, plan):
             arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
             client = mission.client(Trigger, 'ask')
-            await client.wait_for_server(timeout=5.0)
+            await client.wait_for_server(timeout=PATIENCE)
             for fault in faults:
                 plan.add(fault)
 

@@ -10,6 +10,7 @@ import pytest
 from example_interfaces.action import Fibonacci
 from helpers.loops import run
 from helpers.outcomes import Outcomes
+from helpers.patience import PATIENCE
 from helpers.pending import left_pending
 from rclpy.node import Node
 from std_msgs.msg import String
@@ -36,7 +37,7 @@ def test_a_message_that_is_none_reaches_no_callback_and_holds_up_nothing(
             heard = mission.subscription(String, 'chatter')
             raw = Node('raw', context=arm._open_core().context)
             publisher = raw.create_publisher(String, 'chatter', 10)
-            await arm.publisher(String, 'chatter').wait_for_subscribers(timeout=5.0)
+            await arm.publisher(String, 'chatter').wait_for_subscribers(timeout=PATIENCE)
             publisher.publish(message)
             publisher.publish(String(data='fine'))
             assert (await anext(aiter(heard))).data == 'fine'
@@ -59,7 +60,7 @@ def test_bytes_that_flip_on_the_way_end_calls_by_type_and_harm_no_other(
         async with stage() as (arm, mission, faults):
             arm.service(SetBool, 'set', lambda request: SetBool.Response(success=request.data, message='on'))
             client = mission.client(SetBool, 'set')
-            await client.call(data=True, timeout=5.0)
+            await client.call(data=True, timeout=PATIENCE)
             flips = faults.add(FlippedBytes(number=2, name='/set'))
             for _ in range(40):
                 with outcomes.counted():
@@ -67,7 +68,7 @@ def test_bytes_that_flip_on_the_way_end_calls_by_type_and_harm_no_other(
             assert flips.struck >= 40
             faults.heal()
             with outcomes.counted():
-                assert (await client.call(data=True, timeout=5.0)).success
+                assert (await client.call(data=True, timeout=PATIENCE)).success
 
     run(scenario())
     assert outcomes.total == 41
@@ -116,10 +117,10 @@ def test_bytes_behind_messages_requests_replies_and_all_of_an_action_are_ignored
             arm.action_server(Fibonacci, 'count', count)
             longer = faults.add(Longer(extra=extra))
             with outcomes.counted():
-                assert await mission.client(SetBool, 'set').call(data=True, timeout=5.0) == SetBool.Response(
-                    success=True, message='on'
-                )
-            async with mission.action(Fibonacci, 'count').send(order=7, timeout=5.0) as run_:
+                assert await mission.client(SetBool, 'set').call(
+                    data=True, timeout=PATIENCE
+                ) == SetBool.Response(success=True, message='on')
+            async with mission.action(Fibonacci, 'count').send(order=7, timeout=PATIENCE) as run_:
                 with outcomes.counted():
                     assert [list(each.sequence) async for each in run_.feedback] == [[0]]
                     assert list((await run_.result).sequence) == [7]
@@ -149,7 +150,7 @@ def test_a_goal_whose_acceptance_cannot_be_read_is_called_off_and_forgotten(
             arm.action_server(Fibonacci, 'wait', wait)
             faults.add(Garbled(kind=Kind.REPLY, name='/wait/_action/send_goal'))
             with outcomes.counted():
-                await mission.action(Fibonacci, 'wait').call(timeout=5.0)
+                await mission.action(Fibonacci, 'wait').call(timeout=PATIENCE)
             await ended.wait()
             assert left_pending(mission._open_core()) == {}
 

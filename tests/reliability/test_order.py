@@ -8,6 +8,7 @@ import time
 from example_interfaces.action import Fibonacci
 from helpers.loops import run
 from helpers.outcomes import Outcomes
+from helpers.patience import PATIENCE
 
 import goalwire
 from goalwire.entities.actions.client_goal import FEEDBACK_LIMIT
@@ -29,7 +30,7 @@ def test_feedback_that_overtakes_the_acceptance_is_delivered(stage: MakeStage, e
         async with stage() as (arm, mission, faults):
             arm.action_server(Fibonacci, 'count', count)
             late = faults.add(Delay(0.2, kind=Kind.REPLY, name='/count/_action/send_goal'))
-            async with mission.action(Fibonacci, 'count').send(timeout=5.0) as goal:
+            async with mission.action(Fibonacci, 'count').send(timeout=PATIENCE) as goal:
                 heard = [list(feedback.sequence) async for feedback in goal.feedback]
                 assert list((await goal.result).sequence) == [5]
             assert late.struck == 1
@@ -65,7 +66,7 @@ def test_a_reader_that_is_too_slow_costs_it_the_oldest_and_nobody_else_anything(
                 assert first.sequence[0] >= 0
                 await poured.wait()
                 asked = time.monotonic()
-                assert await goal.cancel(timeout=5.0)
+                assert await goal.cancel(timeout=PATIENCE)
                 try:
                     await goal.result
                 except GoalCanceled:
@@ -79,6 +80,5 @@ def test_a_reader_that_is_too_slow_costs_it_the_oldest_and_nobody_else_anything(
             outcomes.note('feedback messages kept', number=len(heard))
 
     run(scenario())
-    assert outcomes.slowest is not None
-    assert outcomes.slowest < 1.0
+    outcomes.expect_within(1.0)
     evidence(11, '5000 feedback messages at once for a reader that takes one, then a cancellation', outcomes)

@@ -38,12 +38,12 @@ def test_a_partition_is_a_slow_server_then_a_lost_one_then_none_and_then_is_over
         async with stage() as (arm, mission, faults):
             arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
             client = mission.client(Trigger, 'ask')
-            await client.call(timeout=5.0)
+            await client.call(timeout=PATIENCE)
             await acquainted(arm, mission)
             faults.partition('arm', 'mission', one_way=one_way, lease=1000.0)
             with outcomes.counted():
                 await client.call(timeout=0.05)
-            waiting = asyncio.create_task(client.call(timeout=5.0))
+            waiting = asyncio.create_task(client.call(timeout=PATIENCE))
             await asyncio.sleep(0)
             assert client._core.pending, 'a call to a server in sight is sent at once'
             noticed = time.monotonic_ns()
@@ -54,7 +54,7 @@ def test_a_partition_is_a_slow_server_then_a_lost_one_then_none_and_then_is_over
                 await client.call(timeout=0.05)
             faults.heal()
             with outcomes.counted():
-                await client.call(timeout=5.0)
+                await client.call(timeout=PATIENCE)
 
     run(scenario())
     assert list(outcomes.counts) == ['DeadlineError', 'ServerLostError', 'NoServerError', 'done']
@@ -70,7 +70,7 @@ def test_a_server_that_does_not_hear_a_client_that_hears_it_is_a_slow_one(
         async with stage() as (arm, mission, faults):
             arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
             client = mission.client(Trigger, 'ask')
-            await client.call(timeout=5.0)
+            await client.call(timeout=PATIENCE)
             await acquainted(arm, mission)
             faults.partition('mission', 'arm', one_way=True, lease=0.0)
             for _ in range(3):
@@ -78,7 +78,7 @@ def test_a_server_that_does_not_hear_a_client_that_hears_it_is_a_slow_one(
                     await client.call(timeout=0.05)
             faults.heal()
             with outcomes.counted():
-                await client.call(timeout=5.0)
+                await client.call(timeout=PATIENCE)
 
     run(scenario())
     assert outcomes.counts == {'DeadlineError': 3, 'done': 1}

@@ -20,7 +20,7 @@ from tools.humanoid_shells import SHELLS
 
 from humanoid import look as humanoid_look
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 WHOLE = '10 of 10 steps ended as they should'
 DEFINITIONS = {

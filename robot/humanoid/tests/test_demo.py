@@ -17,7 +17,7 @@ from humanoid.mission.program import carry_out
 from humanoid.mission.steps import steps
 from humanoid.mission.summary import Summary
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
 GONE_WITHIN = 60.0

@@ -303,7 +303,7 @@ def accepted(robot: Robot) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 @on_both_wires
 def test_it_stops_real_servers_under_load(world: dict[str, str]) -> None:
     """Goals of all kinds, while velocities and joint commands pour in; and when its switch is killed."""
@@ -375,7 +375,7 @@ def test_a_publisher_that_keeps_a_history_or_none_stops_and_releases(medium: str
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 @on_both_wires
 def test_nobody_but_the_switch_releases_real_servers(world: dict[str, str]) -> None:
     """Strangers say at 8 Hz that the robot is released, and velocities pour in all the time."""

@@ -51,7 +51,7 @@ def test_a_bad_name_is_told_in_a_line(world: dict[str, str]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize(
     ('network', 'body'),
     [('rmw_zenoh_cpp', '--no-physics'), pytest.param(DDS, '--physics', marks=pytest.mark.long)],

@@ -28,7 +28,7 @@ from humanoid.mission.calls import GoalRun, call
 from humanoid.mission.robot import Robot
 from humanoid.model import JOINTS
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 WITHIN = 20.0
 LOG_LIMIT = 20_000  # characters: of one refusal or warning, whatever was sent

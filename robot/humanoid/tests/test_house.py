@@ -27,7 +27,7 @@ from humanoid.mission.robot import Robot
 from humanoid.navigation.base import Pose2D, turn_between
 from humanoid.navigation.messages import target_of
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 WITHIN = 90.0
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -12,7 +12,7 @@ import pytest
 from helpers.patience import PATIENCE
 from helpers.robot import humanoid
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 SERVED = r'the console is at (http://localhost:\d+/)'
 DEMO = 120.0  # s

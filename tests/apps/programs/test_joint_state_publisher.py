@@ -169,7 +169,7 @@ def test_only_the_page_itself_may_move_a_slider(run: Run, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 def test_a_slider_moves_its_link(run: Run, tmp_path: Path) -> None:
     url = sliders(run, tmp_path)
     run('robot_state_publisher', 'robot_state_publisher', 'arm.urdf').expect('Robot initialized')

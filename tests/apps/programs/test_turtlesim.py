@@ -205,7 +205,7 @@ def page_of(simulator: Program) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize('sides', [2, pytest.param(4, marks=pytest.mark.long)])
 def test_a_square_is_drawn_in_the_browser(run: Run, isolated: dict[str, str], sides: int) -> None:
     simulator = run('turtlesim', 'turtlesim_node', '--no-open')

@@ -513,7 +513,7 @@ def test_a_goal_may_outlive_its_server_and_its_node(make_node: MakeNode, spin: S
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(200)
+@pytest.mark.timeout(400)
 def test_memory_is_flat_after_many_goals(monkeypatch: pytest.MonkeyPatch) -> None:
     from helpers.isolation import isolated_env
     from rclpy.context import Context

@@ -151,7 +151,7 @@ def test_numbers_that_are_none_end_it_with_the_reason(capfd: pytest.CaptureFixtu
 
 
 @pytest.mark.long
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 def test_the_demo_on_physics_in_simulated_time_ends_well(world: dict[str, str]) -> None:
     with humanoid('demo', '--physics', '--sim-time', env=world | {'COLUMNS': '160'}) as demo:
         output = demo.succeed(timeout=150.0)

@@ -84,7 +84,7 @@ def test_no_waypoints_hold_the_joint_where_it_is(body: World, joints: PhysicsJoi
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(120)
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize('target', [Pose2D(1.2, 0.9), Pose2D(-0.5, 0.0), Pose2D(0.1, -0.2, 2.0)])
 def test_the_base_arrives_and_stands(body: World, target: Pose2D) -> None:
     base = PhysicsBase(body)
@@ -124,7 +124,7 @@ def test_a_base_that_is_stopped_comes_to_a_stable_stand(body: World) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(120)
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize(
     ('asked', 'bounds'),
     [

@@ -40,7 +40,7 @@ HOSTILE = (
 )  # fmt: skip
 """Names that a shell runs, or takes apart. Zenoh's keys have no '$', so `$(...)` cannot come this way."""
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 
 @pytest.fixture(scope='module', params=['rmw_zenoh_cpp'])

@@ -19,7 +19,7 @@ if sys.platform == 'win32':
 
 from helpers.screens import CTRL_C, Screen, screen
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 SIZE = 130, 32
 OF_THE_ROBOT = 'PYTHONPATH', 'GOALWIRE_INTERFACE_PATH', 'HUMANOID_PHYSICS'
