@@ -15,6 +15,7 @@ _FEW_PICTURES = """
         get: () => scene,
         set: made => {
             scene = made
+            if (!made) return
             const render = made.renderer.render.bind(made.renderer)
             let drawn = 0
             made.renderer.render = (...seen) => {

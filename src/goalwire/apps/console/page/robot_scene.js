@@ -110,7 +110,7 @@ export default {
     this.observer?.disconnect();
     this.controls?.dispose();
     this.renderer?.dispose();
-    if (window.goalwireScene === this) delete window.goalwireScene;
+    if (window.goalwireScene === this) window.goalwireScene = null;
   },
   watch: {
     dark() {
