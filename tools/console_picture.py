@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Page
 
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / 'docs' / 'how-to' / 'console.png'
@@ -29,6 +29,7 @@ FLAGS = ['--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader']
 """The processor draws the robot's scene alone, and not the whole page, too."""
 PATIENCE_MS = 120_000
 GOAL = (1.1, 0.7)
+WIDTH, HEIGHT = 1280, 800
 
 
 def main() -> int:
@@ -52,7 +53,7 @@ def main() -> int:
         driver = ends.enter_context(sync_playwright())
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         ends.callback(browser.close)
-        take(browser, url, PICTURE)
+        take(browser.new_page(viewport={'width': WIDTH, 'height': HEIGHT}), url, PICTURE)
     size = PICTURE.stat().st_size
     print(f'{PICTURE.relative_to(ROOT)}: {size} bytes')
     return 0 if size < MOST_BYTES else 1
@@ -61,9 +62,8 @@ def main() -> int:
 _CONSOLE = ['--no-open', '--json', '--port', '0']
 
 
-def take(browser: Browser, url: str, file: Path) -> Page:
-    """Send the robot to a place on the floor, and take the picture when it is there; the page, still open."""
-    page = browser.new_page(viewport={'width': 1280, 'height': 800})
+def take(page: Page, url: str, file: Path) -> None:
+    """Send the robot to a place on the floor, and take the picture of the page when it is there."""
     page.set_default_timeout(PATIENCE_MS)
     page.goto(f'{url}?view=robot')
     page.wait_for_selector('[data-way]:visible')
@@ -89,7 +89,6 @@ def take(browser: Browser, url: str, file: Path) -> Page:
         ' scene.renderer.render(scene.scene, scene.camera) }'
     )
     page.screenshot(path=str(file))
-    return page
 
 
 if __name__ == '__main__':

@@ -88,7 +88,7 @@ def definition_of(cls: type) -> Any:
     return message_definition('/'.join((cls.__module__.split('.')[0], 'msg', cls.__name__)))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(messages())
 def test_bytes_are_those_of_the_reference(drawn: tuple[type, dict[str, Any]]) -> None:
     cls, fields = drawn

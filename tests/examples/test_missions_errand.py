@@ -61,7 +61,7 @@ def test_the_errand_goes_on_where_its_runner_was_killed(world: World, tmp_path: 
     assert (tmp_path / 'move_arm.goals').exists()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_goal_is_sent_again_if_its_server_died_too(world: World) -> None:
     for name in OTHERS:
         world.start(name)

@@ -47,6 +47,7 @@ def peer(chosen: Peer, run: Run, install: Install) -> Callable[[str], Program]:
     return lambda role: run(chosen.program, role, python=environment.python, CYDR_CACHE_DIR=codecs)
 
 
+@pytest.mark.long
 def test_a_topic_goes_both_ways_and_the_peer_is_seen(
     run: Run, chosen: Peer, peer: Callable[[str], Program]
 ) -> None:

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSI
 
 SOME_PROGRAMS = pytest.mark.timeout(400)
 """Many programs one after the other, on a machine that is busy."""
-TIMES = int(os.environ.get('GOALWIRE_TEST_EXITS', '5'))
+TIMES = int(os.environ.get('GOALWIRE_TEST_EXITS', '3'))
 """How often a program leaves in each way on each wire; GOALWIRE_TEST_EXITS=20 makes it more."""
 wires = pytest.mark.parametrize('transport', ['rmw_zenoh_cpp', DDS])
 

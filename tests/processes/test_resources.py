@@ -49,12 +49,12 @@ def held_at(pause: str, program: Program) -> Held:
 
 @pytest.mark.parametrize(
     ('transport', 'before', 'between'),
-    [('goalwire_memory', 200, 500), ('rmw_zenoh_cpp', 200, 200), (DDS, 200, 125)],
+    [('goalwire_memory', 100, 250), ('rmw_zenoh_cpp', 100, 100), (DDS, 100, 100)],
 )
 def test_nothing_is_left_of_many_nodes_with_entities(
     start: Start, transport: str, before: int, between: int
 ) -> None:
-    """15 entities a node: 3000 at the least. A leak grows from each pause to the next; that Python takes one
+    """15 entities a node: 1500 at the least. A leak grows from each pause to the next; that Python takes one
     more arena of 1 MiB is seen between two of them alone.
 
     Memory is looked at without zenoh, which keeps some KiB of every key ever declared (its issue 1518).

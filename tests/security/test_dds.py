@@ -65,10 +65,10 @@ def _holds_in(rule: ET.Element, domain: int) -> bool:
     return domain in ids or any(domain in each for each in ranges)
 
 
-def test_a_thousand_policies_mean_the_same_on_dds() -> None:
+def test_policies_mean_the_same_on_dds() -> None:
     random = Random(7)
     asked = allowed = 0
-    for _ in range(1000):
+    for _ in range(300):
         lines = [f'domains = [{random.choice((0, 1))}]'] if random.random() < 0.3 else []
         for verb in random.sample(list(TOPICS_OF), random.randint(1, 5)):
             patterns = random.sample(PATTERNS, random.randint(1, 2))

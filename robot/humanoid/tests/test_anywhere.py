@@ -98,6 +98,7 @@ def widest(lines: Sequence[str]) -> int:
     return max(len(line) for line in lines if 'WARN' not in line and 'INFO' not in line)
 
 
+@pytest.mark.long
 def test_the_definitions_come_with_the_package_and_with_its_sdist(
     sources: Path, site: Path, tmp_path: Path
 ) -> None:
@@ -202,6 +203,7 @@ def _demo(env: dict[str, str], cwd: Path, venv: Path) -> Program:
     return Program(MAKES, *command, env=env, cwd=cwd)
 
 
+@pytest.mark.long
 def test_two_demos_at_once_from_any_folder_end_well_each_in_a_domain_of_its_own(
     env: dict[str, str], elsewhere: Path, tmp_path: Path
 ) -> None:

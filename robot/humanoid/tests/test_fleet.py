@@ -50,12 +50,9 @@ def test_a_bad_name_is_told_in_a_line(world: dict[str, str]) -> None:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(400)
-@pytest.mark.parametrize(
-    ('network', 'body'),
-    [('rmw_zenoh_cpp', '--no-physics'), pytest.param(DDS, '--physics', marks=pytest.mark.long)],
-)
+@pytest.mark.parametrize(('network', 'body'), [('rmw_zenoh_cpp', '--no-physics'), (DDS, '--physics')])
 def test_two_robots_carry_out_their_missions_at_once(world: dict[str, str], body: str) -> None:
     if body == '--physics':
         pytest.importorskip('mujoco', reason='the physics is MuJoCo')

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from helpers.console import Stage, screenshots
+from helpers.page import new_context
 from helpers.patience import BROWSER
 from helpers.robot import humanoid, robot_env
 
@@ -55,7 +56,8 @@ def test_the_readmes_picture_shows_the_robot(stage: Stage, chromium: Any, tmp_pa
     with humanoid('up', '--view', env=stage.env) as up:
         pid = int(up.expect(r'\[view\] pid (\d+)', BROWSER)[1])
         url = up.expect(r'\[view\] the console is at (http://localhost:\d+/)', BROWSER)[1]
-        page = console_picture.take(chromium, url, file)
+        page = new_context(chromium, console_picture.WIDTH, console_picture.HEIGHT).new_page()
+        console_picture.take(page, url, file)
         eye = chromium.new_page()
 
         def seen(picture: bytes, left: int, top: int, right: int, bottom: int) -> tuple[int, int]:

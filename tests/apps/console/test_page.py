@@ -406,7 +406,7 @@ def test_goals_are_cancelled_those_before_one_and_all(stage: Stage, open_page: O
     page.wait_for_selector('text=No robot yet')
 
 
-@pytest.mark.parametrize('transport_name', ['rmw_zenoh_cpp', DDS])
+@pytest.mark.parametrize('transport_name', ['rmw_zenoh_cpp', pytest.param(DDS, marks=pytest.mark.long)])
 def test_what_does_not_answer_is_said_to_be_old(
     stage: Stage, open_page: OpenPage, transport_name: str
 ) -> None:

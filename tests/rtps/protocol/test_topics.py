@@ -149,7 +149,7 @@ def test_writers_and_readers_of_one_participant(same: bool) -> None:
     assert collector.matched == []
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     seed=st.integers(0, 2**32),
     loss=st.floats(0, 0.3),

@@ -26,6 +26,7 @@ def until(world: World, done: Callable[[], bool], within: float = 6.0) -> None:
         world.tick()
 
 
+@pytest.mark.long
 def test_arms_swing_in_walking_until_one_is_commanded(body: World) -> None:
     joints, base = PhysicsJoints(body), PhysicsBase(body)
     home = {name: JOINT_BY_NAME[name].home for name in (LEFT, RIGHT)}

@@ -85,7 +85,14 @@ def test_no_waypoints_hold_the_joint_where_it_is(body: World, joints: PhysicsJoi
 
 @pytest.mark.slow
 @pytest.mark.timeout(400)
-@pytest.mark.parametrize('target', [Pose2D(1.2, 0.9), Pose2D(-0.5, 0.0), Pose2D(0.1, -0.2, 2.0)])
+@pytest.mark.parametrize(
+    'target',
+    [
+        Pose2D(1.2, 0.9),
+        pytest.param(Pose2D(-0.5, 0.0), marks=pytest.mark.long),
+        pytest.param(Pose2D(0.1, -0.2, 2.0), marks=pytest.mark.long),
+    ],
+)
 def test_the_base_arrives_and_stands(body: World, target: Pose2D) -> None:
     base = PhysicsBase(body)
     base.drive_to(target)
@@ -129,9 +136,9 @@ def test_a_base_that_is_stopped_comes_to_a_stable_stand(body: World) -> None:
     ('asked', 'bounds'),
     [
         (Velocity2D(0.3, 0.0, 0.5), (0.3, 0.0, 0.5)),
-        (Velocity2D(0.0, 0.0, 9.0), (0.0, 0.0, WALKS.max_turn_rate)),
-        (Velocity2D(0.0, 1.0, 0.0), (0.0, SIDEWAYS, 0.0)),
-        (Velocity2D(-1.0, 0.0, 0.0), (-BACKWARDS, 0.0, 0.0)),
+        pytest.param(Velocity2D(0.0, 0.0, 9.0), (0.0, 0.0, WALKS.max_turn_rate), marks=pytest.mark.long),
+        pytest.param(Velocity2D(0.0, 1.0, 0.0), (0.0, SIDEWAYS, 0.0), marks=pytest.mark.long),
+        pytest.param(Velocity2D(-1.0, 0.0, 0.0), (-BACKWARDS, 0.0, 0.0), marks=pytest.mark.long),
     ],
 )
 def test_a_velocity_is_kept_as_far_as_legs_can(

@@ -159,7 +159,7 @@ def test_a_push_that_is_too_strong_fells_it_and_its_goal_ends_with_the_reason(bo
         base.step(0.02)
 
 
-@pytest.mark.parametrize('seed', [0, 5])
+@pytest.mark.parametrize('seed', [pytest.param(0, marks=pytest.mark.long), 5])
 def test_the_same_seed_and_commands_give_the_same_bits(seed: int) -> None:
     def run(chosen: int) -> bytes:
         body = World(urdf_text(), HOME, seed=chosen)

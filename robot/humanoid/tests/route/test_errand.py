@@ -110,7 +110,7 @@ def test_without_a_pose_it_stands_and_gives_up(stage: Stage) -> None:
     assert errand.failure is Failure.LOST
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ten_goals_among_people_end_without_a_touch(stage: Stage) -> None:
     chance, reached = np.random.default_rng(11), 0
     for _ in range(10):
