@@ -7,7 +7,7 @@ from example_interfaces.action import Fibonacci
 from geometry_msgs.msg import Point
 from sensor_msgs.msg import BatteryState
 
-from goalwire.apps.cli.commands.action.progress import bar
+from goalwire.apps.cli.commands.action.display import bar
 from goalwire.observe.progress import Progress, ProgressError, likely_field
 
 

@@ -11,7 +11,9 @@ from goalwire.security.policy import Verb
 
 _PART = '/_action/'
 READING = ('get_parameters', 'get_parameter_types', 'list_parameters', 'describe_parameters')
+"""The services that read a node's parameters."""
 SETTING = ('set_parameters', 'set_parameters_atomically')
+"""The services that set them."""
 _OF_ACTIONS = {
     'send_goal': (Verb.SEND,),
     'cancel_goal': (Verb.CANCEL,),

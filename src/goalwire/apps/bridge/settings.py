@@ -8,21 +8,13 @@ from fnmatch import translate
 from goalwire.admission import is_loopback
 from goalwire.errors import NotAllowedError
 from goalwire.records import record
-from goalwire.security.needs import Permission, permission_to_offer, permission_to_use
+from goalwire.security.needs import READING, SETTING, Permission, permission_to_offer, permission_to_use
 from goalwire.security.policy import Verb
 from goalwire.security.signed_in import SignedIn
 
 REGULAR = 're:'
 """The prefix of a pattern that is a regular expression. Other patterns are globs such as '/arm/*'."""
 _HIDDEN = '/_action/'
-_OF_PARAMETERS = (
-    'describe_parameters',
-    'get_parameter_types',
-    'get_parameters',
-    'list_parameters',
-    'set_parameters',
-    'set_parameters_atomically',
-)
 _EVENTS_OF_PARAMETERS = 'parameter_events'
 _SERVICE_EVENT = '/_service_event'
 
@@ -63,7 +55,7 @@ def check_pattern(pattern: str) -> None:
 def _tells_of_parameters(topic: str) -> bool:
     """Return True if a topic reveals parameters: by their events, or by events of parameter services."""
     name = topic.removesuffix(_SERVICE_EVENT).rsplit('/', 1)[-1]
-    return name == _EVENTS_OF_PARAMETERS or (topic.endswith(_SERVICE_EVENT) and name in _OF_PARAMETERS)
+    return name == _EVENTS_OF_PARAMETERS or (topic.endswith(_SERVICE_EVENT) and name in {*READING, *SETTING})
 
 
 @record
@@ -122,7 +114,7 @@ class Permissions:
         would bypass it.
         """
         self._check_change()
-        if self.parameters.patterns and service.rsplit('/', 1)[-1] in _OF_PARAMETERS:
+        if self.parameters.patterns and service.rsplit('/', 1)[-1] in {*READING, *SETTING}:
             raise self._explain_limit(service)
         self._check(service, self.services)
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 import base64
 import json
 import socket
+import sys
 import threading
 import webbrowser
-from argparse import ArgumentParser
-from collections.abc import Callable, Mapping
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Mapping, Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from typing import Any, Self
+
+from rclpy.utilities import remove_ros_args
 
 from goalwire.admission import host_name, is_loopback
 
@@ -197,10 +200,30 @@ class _Page(BaseHTTPRequestHandler):
         """Log nothing: any client of the port could fill the terminal."""
 
 
-def add_window_options(parser: ArgumentParser) -> None:
-    """Add the options of every program that has a window: --port and --no-open."""
+def run_in_window(
+    parser: ArgumentParser,
+    page: bytes,
+    shown: str,
+    run: Callable[[Window, Namespace], int],
+    argv: Sequence[str],
+) -> int:
+    """Open a window as the arguments say, and run a program in it; return the exit code.
+
+    Every such program has the options --port and --no-open. `shown` is what the page shows, for the user.
+    """
     parser.add_argument('--port', type=int, default=0, help='port of the page; a free one if it is not given')
     parser.add_argument('--no-open', action='store_true', help='do not open the browser')
+    words = parser.parse_args(remove_ros_args(argv)[1:])
+    try:
+        window = Window(page, words.port)
+    except (OSError, OverflowError) as error:
+        print(f'{parser.prog}: no page at port {words.port}: {error}', file=sys.stderr)
+        return 1
+    with window:
+        print(f'the {shown} are at {window.url}', flush=True)
+        if not words.no_open:
+            window.open()
+        return run(window, words)
 
 
 def to_data_url(png: bytes) -> str:

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
+from goalwire.security.needs import READING, SETTING
 from goalwire.security.policy import Grant, Policy, Verb, matches
 from goalwire.transport.zenoh.settings.values import Settings
 from goalwire.zenoh.protocol.key_expressions import canonical
@@ -32,11 +33,8 @@ _REQUESTS = {
     Verb.SEND: (('/_action/send_goal', '*'), ('/_action/get_result', '*')),
     Verb.WATCH: (('/_action/get_result', '*'),),
     Verb.CANCEL: (('/_action/cancel_goal', '*'),),
-    Verb.READ: tuple(
-        (f'/{each}', _SERVICE)
-        for each in ('get_parameters', 'get_parameter_types', 'list_parameters', 'describe_parameters')
-    ),
-    Verb.SET: (('/set_parameters', _SERVICE), ('/set_parameters_atomically', _SERVICE)),
+    Verb.READ: tuple((f'/{each}', _SERVICE) for each in READING),
+    Verb.SET: tuple((f'/{each}', _SERVICE) for each in SETTING),
 }
 """The services that a verb allows to call: the end of the name, and the type."""
 _FEEDS = (('/_action/feedback', '*'), ('/_action/status', '*'))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from goalwire.apps.cli.commands.stubs import write_stubs_of_packages
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.verbs import Noun, Verb, did_you_mean
@@ -161,30 +161,11 @@ def _parse(line: str) -> tuple[str, str]:
     return words[0], line[at:] if is_comment else ''
 
 
-_PRIMITIVES = frozenset(
-    [
-        'bool',
-        'byte',
-        'char',
-        'float32',
-        'float64',
-        'int8',
-        'uint8',
-        'int16',
-        'uint16',
-        'int32',
-        'uint32',
-        'int64',
-        'uint64',
-        'string',
-        'wstring',
-    ]
-)
-
-
 def _find_nested_type(field_type: str, package: str) -> str | None:
+    from goalwire.idl.model import PRIMITIVES
+
     base = field_type.partition('[')[0].partition('<')[0]
-    if not base or base in _PRIMITIVES:
+    if not base or base in PRIMITIVES:
         return None
     if '/' not in base:
         return f'std_msgs/msg/{base}' if base == 'Header' else f'{package}/msg/{base}'
@@ -214,22 +195,16 @@ def _proto(arguments: Namespace, output: Output) -> None:
 
 
 def _stubs_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument('folder', metavar='DIR', help='Where to write, such as typings')
+    parser.add_argument('directory', metavar='DIR', help='Where to write, such as typings')
     parser.add_argument(
         'packages', nargs='*', metavar='PACKAGE', help='Packages (default: all that goalwire does not ship)'
     )
     parser.add_argument(
-        '--stub-packages', action='store_true', help='Name the folders PACKAGE-stubs (PEP 561)'
+        '--stub-packages',
+        dest='plain_names',
+        action='store_false',
+        help='Name the folders PACKAGE-stubs (PEP 561)',
     )
-
-
-def _stubs(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.apps.cli.commands.stubs import STUB_PACKAGE, write_into
-    from goalwire.idl.stubs import own_packages
-
-    packages = arguments.packages or own_packages()
-    suffix = STUB_PACKAGE if arguments.stub_packages else ''
-    return write_into(Path(arguments.folder), packages, output, suffix=suffix)
 
 
 NOUN = Noun(
@@ -246,6 +221,11 @@ NOUN = Noun(
         Verb('packages', 'Output a list of packages that provide interfaces', _packages, _kind_arguments),
         Verb('proto', 'Output an interface prototype', _proto, _proto_arguments),
         Verb('show', 'Output the interface definition', _show, _show_arguments),
-        Verb('stubs', 'Write type stubs for interface packages', _stubs, _stubs_arguments),
+        Verb(
+            'stubs',
+            'The same as goalwire stubs --plain-names --directory DIR',
+            write_stubs_of_packages,
+            _stubs_arguments,
+        ),
     ),
 )

@@ -25,9 +25,15 @@ def _arguments(parser: ArgumentParser) -> None:
         'packages', nargs='*', help='Packages with interfaces (default: all that are found here)'
     )
     parser.add_argument('--directory', help="Where to write (default: the environment's site-packages)")
+    parser.add_argument(
+        '--plain-names',
+        action='store_true',
+        help='Name the folders PACKAGE, as a folder of stubs of your own has them, and not PACKAGE-stubs',
+    )
 
 
-def _run(arguments: Namespace, output: Output) -> Outcome:
+def write_stubs_of_packages(arguments: Namespace, output: Output) -> Outcome:
+    """Write the stubs of the named packages, or of all that are found. Raises CommandError."""
     from goalwire.idl.stubs import own_packages
 
     folder = Path(arguments.directory) if arguments.directory else environment_folder()
@@ -38,7 +44,8 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
             f'{arguments.prog}: no package with interfaces of your own was found here',
             'start it in your workspace, or name the package in GOALWIRE_INTERFACE_PATH',
         )
-    return write_into(folder, packages, output)
+    suffix = '' if arguments.plain_names else STUB_PACKAGE
+    return write_into(folder, packages, output, suffix=suffix)
 
 
 def write_into(folder: Path, packages: list[str], output: Output, *, suffix: str = STUB_PACKAGE) -> Outcome:
@@ -63,9 +70,7 @@ def write_into(folder: Path, packages: list[str], output: Output, *, suffix: str
     else:
         for each in broken:
             output.line(f'passed over: {each}')
-        output.line(
-            f'{len(files)} files in {folder}, for: {", ".join(packages) or "no package (none found)"}'
-        )
+        output.line(f'{len(files)} files in {folder}, for: {", ".join(packages)}')
     return Outcome.FAILED if broken else Outcome.OK
 
 
@@ -79,4 +84,4 @@ def environment_folder() -> Path:
     return Path(sysconfig.get_path('purelib'))
 
 
-NOUN = Noun('stubs', SUMMARY, (Verb('stubs', SUMMARY, _run, _arguments),))
+NOUN = Noun('stubs', SUMMARY, (Verb('stubs', SUMMARY, write_stubs_of_packages, _arguments),))

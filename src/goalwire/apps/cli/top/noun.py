@@ -10,7 +10,7 @@ from argparse import ArgumentParser, Namespace
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.commands.action.progress import check_field, progress_argument
+from goalwire.apps.cli.commands.action.display import check_field, progress_argument
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.verbs import Noun, Verb
 

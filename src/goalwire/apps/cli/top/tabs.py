@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
 from rich.text import Text
 from textual.widgets import DataTable, RichLog, TabPane
 
-from goalwire.apps.cli.commands.action.progress import bar
+from goalwire.apps.cli.commands.action.display import bar
 from goalwire.apps.cli.commands.action.watch import ENDED_SHOWN
 from goalwire.apps.cli.commands.node import sections
 from goalwire.apps.cli.commands.service.call import histogram_lines

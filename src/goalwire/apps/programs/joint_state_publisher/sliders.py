@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import random
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
-from rclpy.utilities import remove_ros_args
-
 from goalwire.apps.programs.joint_state_publisher.node import JointStatePublisher
 from goalwire.apps.programs.running import UsageError, spin
-from goalwire.apps.programs.window import Window, add_window_options
+from goalwire.apps.programs.window import Window, run_in_window
 
 NAME = 'joint_state_publisher_gui'
 
@@ -70,19 +68,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv if argv is None else argv)
     parser = ArgumentParser(NAME, description='Joint states by sliders, in a page of your browser.')
     parser.add_argument('urdf_file', nargs='?', help='description of the robot; without it that of the topic')
-    add_window_options(parser)
-    words = parser.parse_args(remove_ros_args(arguments)[1:])
-    try:
-        window = Window(files(__package__).joinpath('sliders.html').read_bytes(), words.port)
-    except (OSError, OverflowError) as error:
-        print(f'{NAME}: no page at port {words.port}: {error}', file=sys.stderr)
-        return 1
-    with window:
-        print(f'the sliders are at {window.url}', flush=True)
-        if not words.no_open:
-            window.open()
+    page = files(__package__).joinpath('sliders.html').read_bytes()
+
+    def run(window: Window, words: Namespace) -> int:
         try:
             return spin(lambda: JointSliders(window, words.urdf_file), arguments)
         except UsageError as error:
             print(f'{NAME}: {error}', file=sys.stderr)
             return 1
+
+    return run_in_window(parser, page, 'sliders', run, arguments)

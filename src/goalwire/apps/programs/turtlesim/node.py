@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from importlib.resources import files
 from typing import Any
@@ -16,7 +16,6 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.task import Future
-from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Empty
 from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Color, Pose
@@ -25,7 +24,7 @@ from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelativ
 from goalwire.apps.programs.running import spin
 from goalwire.apps.programs.turtlesim.canvas import Colour
 from goalwire.apps.programs.turtlesim.world import BACKGROUND, STEP_S, Line, Turtle, World, normalize
-from goalwire.apps.programs.window import Window, add_window_options, to_data_url
+from goalwire.apps.programs.window import Window, run_in_window, to_data_url
 
 DEPTH = 7
 TURN_RAD_S = 1.0
@@ -323,15 +322,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Show the turtles until Ctrl-C; returns the exit code."""
     arguments = list(sys.argv if argv is None else argv)
     parser = ArgumentParser('turtlesim_node', description='Turtles in a page of your browser.')
-    add_window_options(parser)
-    words = parser.parse_args(remove_ros_args(arguments)[1:])
-    try:
-        window = Window(files(__package__).joinpath('page.html').read_bytes(), words.port)
-    except (OSError, OverflowError) as error:
-        print(f'turtlesim_node: no page at port {words.port}: {error}', file=sys.stderr)
-        return 1
-    with window:
-        print(f'the turtles are at {window.url}', flush=True)
-        if not words.no_open:
-            window.open()
+    page = files(__package__).joinpath('page.html').read_bytes()
+
+    def run(window: Window, _words: Namespace) -> int:
         return spin(lambda: TurtleSim(window), arguments)
+
+    return run_in_window(parser, page, 'turtles', run, arguments)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import goalwire
 from goalwire.apps.cli.commands.action.cancel import full_id
-from goalwire.apps.cli.commands.action.progress import progress_argument
-from goalwire.apps.cli.commands.action.run_display import RunDisplay, yaml_text
+from goalwire.apps.cli.commands.action.display import RunDisplay, progress_argument, yaml_text
 from goalwire.apps.cli.commands.service.call import PATIENCE_S
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.live import live

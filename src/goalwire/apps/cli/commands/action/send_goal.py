@@ -7,8 +7,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.action.progress import progress_argument
-from goalwire.apps.cli.commands.action.run_display import RunDisplay, yaml_text
+from goalwire.apps.cli.commands.action.display import RunDisplay, progress_argument, yaml_text
 from goalwire.apps.cli.commands.service.call import LOOK_S, PATIENCE_S
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there

@@ -9,7 +9,7 @@ from time import time
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.action.progress import bar, check_field, progress_argument
+from goalwire.apps.cli.commands.action.display import bar, check_field, progress_argument
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.named import ACTIONS

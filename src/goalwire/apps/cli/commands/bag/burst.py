@@ -6,8 +6,8 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.apps.bag.options import PlayOptions
+from goalwire.apps.cli.commands.bag.choosing import bag_argument, open_bag
 from goalwire.apps.cli.commands.bag.play import NODE_NAME, add_choice, overrides, selection
-from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
 from goalwire.apps.cli.framework.numbers import length
 from goalwire.apps.cli.framework.output import tell
 

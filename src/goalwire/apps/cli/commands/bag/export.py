@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from goalwire.apps.bag.exporting.folders import Written, file_stems, new_folder
+from goalwire.apps.cli.commands.bag.choosing import bag_argument, open_bag
 from goalwire.apps.cli.commands.bag.play import add_choice, selection
-from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import json_text, tell
 from goalwire.errors import InterfaceError

@@ -9,7 +9,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING
 
 from goalwire.apps.bag.selection import service_of
-from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
+from goalwire.apps.cli.commands.bag.choosing import bag_argument, open_bag
 from goalwire.apps.cli.framework.output import tell
 from goalwire.observe.sizes import size_text
 

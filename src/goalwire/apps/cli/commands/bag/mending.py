@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from goalwire.apps.bag.rewriting import reindex, repair
-from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
+from goalwire.apps.cli.commands.bag.choosing import bag_argument, open_bag
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.rosbag2.reader import Reader, stored_files

@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING
 
 from goalwire.apps.bag.options import PlayOptions
 from goalwire.apps.bag.selection import Names, Selection
+from goalwire.apps.cli.commands.bag.choosing import (
+    add_name_arguments,
+    add_regex_arguments,
+    bag_argument,
+    names,
+    open_bag,
+)
 from goalwire.apps.cli.commands.bag.keys import keys
 from goalwire.apps.cli.commands.bag.live_servers import add_live_arguments, answer, expect
-from goalwire.apps.cli.commands.bag.reading import bag_argument, open_bag
-from goalwire.apps.cli.commands.bag.selecting import names, regular_expression
 from goalwire.apps.cli.framework.lookup import full_name
 from goalwire.apps.cli.framework.numbers import length, positive, seconds
 from goalwire.apps.cli.framework.outcome import Outcome
@@ -99,27 +104,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def add_choice(parser: ArgumentParser) -> None:
     """Add the arguments that `play` and `burst` share."""
-    for kind in ('topics', 'services', 'actions'):
-        parser.add_argument(f'--{kind}', metavar='NAME', nargs='+', default=[], help=f'Play these {kind}')
-        parser.add_argument(
-            f'--exclude-{kind}', metavar='NAME', nargs='+', default=[], help=f'Leave these {kind} out'
-        )
-    parser.add_argument(
-        '-e',
-        '--regex',
-        metavar='REGEX',
-        type=regular_expression,
-        default='',
-        help='Play names that contain this',
-    )
-    parser.add_argument(
-        '-x',
-        '--exclude-regex',
-        metavar='REGEX',
-        type=regular_expression,
-        default='',
-        help='Leave names out that contain this',
-    )
+    add_name_arguments(parser, 'Play')
+    add_regex_arguments(parser, 'Play')
     parser.add_argument(
         '-m', '--remap', metavar='OLD:=NEW', nargs='+', type=_remap, default=[], help='Other names for topics'
     )

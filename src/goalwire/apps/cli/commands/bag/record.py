@@ -11,7 +11,11 @@ from typing import TYPE_CHECKING
 
 from goalwire.apps.bag.options import CACHE_BYTES, RecordOptions
 from goalwire.apps.bag.selection import Names, Selection
-from goalwire.apps.cli.commands.bag.selecting import names, regular_expression
+from goalwire.apps.cli.commands.bag.choosing import (
+    add_name_arguments,
+    add_regex_arguments,
+    names,
+)
 from goalwire.apps.cli.framework.lookup import full_name
 from goalwire.apps.cli.framework.numbers import count, length
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
@@ -102,34 +106,14 @@ def _add_choice(parser: ArgumentParser) -> None:
     group = parser.add_argument_group('what it records')
     group.add_argument('topic_names', metavar='TOPIC', nargs='*', help='Topics to record')
     group.add_argument('-a', '--all', action='store_true', help='Record all topics, services and actions')
-    for kind in ('topics', 'services', 'actions'):
-        group.add_argument(f'--all-{kind}', action='store_true', help=f'Record all {kind}')
-        group.add_argument(f'--{kind}', metavar='NAME', nargs='+', default=[], help=f'Record these {kind}')
-        group.add_argument(
-            f'--exclude-{kind}', metavar='NAME', nargs='+', default=[], help=f'Leave these {kind} out'
-        )
+    add_name_arguments(group, 'Record', has_all=True)
     group.add_argument(
         '--topic-types', metavar='TYPE', nargs='+', default=[], help='Record topics of these types'
     )
     group.add_argument(
         '--exclude-topic-types', metavar='TYPE', nargs='+', default=[], help='Leave topics of these types out'
     )
-    group.add_argument(
-        '-e',
-        '--regex',
-        metavar='REGEX',
-        type=regular_expression,
-        default='',
-        help='Record names that contain this',
-    )
-    group.add_argument(
-        '-x',
-        '--exclude-regex',
-        metavar='REGEX',
-        type=regular_expression,
-        default='',
-        help='Leave names out that contain this',
-    )
+    add_regex_arguments(group, 'Record')
 
 
 def _add_output(parser: ArgumentParser) -> None:

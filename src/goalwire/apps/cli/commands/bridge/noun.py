@@ -8,11 +8,15 @@ NOUN = Noun(
     'bridge',
     'Serve topics, services and actions to web sockets',
     (
-        Verb('foxglove', 'Serve Foxglove and clients of its protocol', *lazy('bridge.foxglove')),
+        Verb(
+            'foxglove',
+            'Serve Foxglove and clients of its protocol',
+            *lazy('bridge.serving', 'serve_foxglove'),
+        ),
         Verb(
             'rosbridge',
             'Serve clients of rosbridge, such as roslibjs and roslibpy',
-            *lazy('bridge.rosbridge'),
+            *lazy('bridge.serving', 'serve_rosbridge'),
         ),
     ),
 )

@@ -1,17 +1,43 @@
-"""Shows one goal: its feedback, its result, and the exit code for the way it ended."""
+"""How a goal is shown: its feedback, its result, and a bar for its progress."""
 
 from __future__ import annotations
 
+from argparse import ArgumentParser
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.apps.cli.commands.action.progress import bar
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.observe.messages import as_dict
 from goalwire.observe.progress import Progress
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
+
+
+_WIDTH = 30
+
+
+def progress_argument(parser: ArgumentParser, more_help: str = '') -> None:
+    """Add `--progress`."""
+    parser.add_argument(
+        '--progress',
+        metavar='FIELD[/MAX]',
+        help='Draw a bar on a terminal from a field of the feedback: a part of 1, or of MAX as in FIELD/MAX; '
+        'of an array its length counts. A field that says what remains begins at nothing done' + more_help,
+    )
+
+
+def check_field(spec: str | None) -> None:
+    """Raise ProgressError if `--progress` cannot be read, before anything is sent."""
+    if spec:
+        Progress(spec)
+
+
+def bar(done: float) -> str:
+    """Return a progress bar for a terminal; `done` goes from 0 to 1."""
+    full = round(done * _WIDTH)
+    return f'{"█" * full}{"░" * (_WIDTH - full)} {done * 100:3.0f} %'
+
 
 _OUTCOMES = {'SUCCEEDED': Outcome.OK, 'ABORTED': Outcome.ABORTED, 'CANCELED': Outcome.CANCELED}
 

@@ -1,11 +1,12 @@
-"""The options that all bridges share, and the function that runs a bridge."""
+"""goalwire bridge foxglove and rosbridge: serves clients of web sockets until Ctrl-C."""
 
 from __future__ import annotations
 
 import os
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Awaitable, Callable
-from typing import TypeAlias
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import goalwire
 from goalwire.apps.bridge.settings import Patterns, Permissions, Settings, check_pattern
@@ -14,6 +15,9 @@ from goalwire.apps.cli.framework.numbers import count, port, positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import Output
 from goalwire.apps.cli.framework.serving import NOT_ENCRYPTED, add_access_options, read_access
+
+if TYPE_CHECKING:
+    from goalwire.apps.bridge.server import OpenSession
 
 TOKEN = 'GOALWIRE_BRIDGE_TOKEN'  # noqa: S105 - the name of the variable
 _LISTS = {
@@ -24,7 +28,6 @@ _LISTS = {
     'parameters': "Parameters that clients may read and set, as '/node:parameter'",
 }
 _LONGEST_CALL_S = 1_000_000
-Serve: TypeAlias = Callable[['goalwire.Node', Settings, Callable[[str], object]], Awaitable[None]]
 
 
 def add_options(parser: ArgumentParser, default_port: int) -> None:
@@ -123,29 +126,69 @@ def _patterns(name: str, given: list[str]) -> Patterns:
     return Patterns(f'--{name}', tuple(given))
 
 
-def missing_package(error: ModuleNotFoundError) -> CommandError:
-    """Return the error for a missing package of the extra `bridge`."""
-    return CommandError(
-        Outcome.NOT_FOUND,
-        f"the bridge needs the package '{error.name}'",
-        "install it: pip install 'goalwire[bridge]'",
-    )
+@contextmanager
+def _needed_packages() -> Iterator[None]:
+    """Import packages of the extra `bridge` in the block. Raises CommandError if one is missing."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise CommandError(
+            Outcome.NOT_FOUND,
+            f"the bridge needs the package '{error.name}'",
+            "install it: pip install 'goalwire[bridge]'",
+        ) from None
 
 
-def run_bridge(name: str, arguments: Namespace, output: Output, serve: Serve) -> Outcome:
+def _serve(
+    name: str,
+    arguments: Namespace,
+    output: Output,
+    open_session: OpenSession,
+    subprotocols: Sequence[str] = (),
+) -> Outcome:
     """Serve clients until Ctrl-C."""
+    with _needed_packages():
+        from goalwire.apps.bridge.server import serve_clients
+
     settings = settings_of(arguments)
 
     def ready(url: str) -> None:
-        if output.json:
-            output.data({'url': url})
-        else:
-            output.line(f'{name} is served at {url}; Ctrl-C ends it')
-            if not settings.is_loopback and not settings.tls_cert:
-                output.line(NOT_ENCRYPTED)
+        output.show({'url': url}, f'{name} is served at {url}; Ctrl-C ends it')
+        if not output.json and not settings.is_loopback and not settings.tls_cert:
+            output.line(NOT_ENCRYPTED)
         output.flush()
 
     async def run(node: goalwire.Node) -> None:
-        await serve(node, settings, ready)
+        await serve_clients(node, settings, open_session, ready, subprotocols)
 
     return live(run, f'{name}_{os.getpid()}', use_sim_time=arguments.use_sim_time)
+
+
+def add_serve_foxglove_arguments(parser: ArgumentParser) -> None:
+    """Add the options of `bridge foxglove`."""
+    add_options(parser, 8765)
+
+
+def serve_foxglove(arguments: Namespace, output: Output) -> Outcome:
+    """Serve Foxglove and clients of its SDK."""
+    with _needed_packages():
+        from goalwire.apps.bridge.foxglove.frames import SUBPROTOCOLS
+        from goalwire.apps.bridge.foxglove.session import FoxgloveSession
+
+    return _serve('foxglove', arguments, output, FoxgloveSession, SUBPROTOCOLS)
+
+
+def add_serve_rosbridge_arguments(parser: ArgumentParser) -> None:
+    """Add the options of `bridge rosbridge`."""
+    add_options(parser, 9090)
+
+
+def serve_rosbridge(arguments: Namespace, output: Output) -> Outcome:
+    """Serve clients of the rosbridge protocol."""
+    with _needed_packages():
+        import cbor2  # noqa: F401 - named here, since clients ask for it later
+        import PIL  # noqa: F401
+
+        from goalwire.apps.bridge.rosbridge.session import RosbridgeSession
+
+    return _serve('rosbridge', arguments, output, RosbridgeSession)
