@@ -27,6 +27,11 @@ class Handle:
         """The class of the entity, so that isinstance() takes the handle for its entity."""
         return type(self.ros_entity)
 
+    @property
+    def pointer(self) -> int:
+        """The number of the entity in `get_ready_entities` of a wait set."""
+        return id(self.ros_entity)
+
     def __getattr__(self, name: str) -> object:
         return getattr(self.ros_entity, name)
 

@@ -55,5 +55,5 @@ def test_a_handle_has_what_its_entity_has(make_node: MakeNode) -> None:
     assert isinstance(publisher.handle, type(publisher))
     assert publisher.handle == publisher.handle
     assert len({publisher.handle, publisher.handle}) == 1
-    with pytest.raises(AttributeError, match='pointer'):
-        _ = publisher.handle.pointer  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match='rudder'):
+        _ = publisher.handle.rudder  # type: ignore[attr-defined]

@@ -1,8 +1,18 @@
-"""The part of rclpy's C extension that programs use: its exceptions, and some functions that take handles."""
+"""The part of rclpy's C extension that programs use: its exceptions, some functions that take handles, and
+entities for waitables and wait sets of a program's own.
+"""
 
 from collections.abc import Sequence
 from types import SimpleNamespace
 
+from goalwire.entities.bare_entities import (
+    Client,
+    EventHandle,
+    GuardCondition,
+    Service,
+    Subscription,
+    Timer,
+)
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import ServiceIntrospectionState
 from goalwire.errors import (
@@ -15,6 +25,7 @@ from goalwire.errors import (
     UnknownROSArgsError,
     UnsupportedEventTypeError,
 )
+from goalwire.execution.blocking_wait_set import BlockingWaitSet
 from goalwire.rules.qos import QoS
 from rclpy import qos
 from rclpy.clock_type import ClockType
@@ -26,16 +37,23 @@ from rclpy.utilities import get_rmw_implementation_identifier, remove_ros_args
 
 __all__ = [
     'RCUTILS_LOG_SEVERITY',
+    'Client',
     'ClockType',
+    'EventHandle',
+    'GuardCondition',
     'InvalidHandle',
     'NodeNameNonExistentError',
     'RCLError',
     'RCLInvalidROSArgsError',
     'RCUtilsError',
     'RMWError',
+    'Service',
     'SignalHandlerOptions',
+    'Subscription',
+    'Timer',
     'UnknownROSArgsError',
     'UnsupportedEventTypeError',
+    'WaitSet',
     'rclpy_deserialize',
     'rclpy_expand_topic_name',
     'rclpy_get_rmw_implementation_identifier',
@@ -62,6 +80,7 @@ class rmw_qos_profile_t:
 
 
 RCUTILS_LOG_SEVERITY = LoggingSeverity
+WaitSet = BlockingWaitSet
 service_introspection = SimpleNamespace(ServiceIntrospectionState=ServiceIntrospectionState)
 rclpy_deserialize = deserialize_message
 rclpy_expand_topic_name = expand_topic_name
