@@ -6,6 +6,7 @@
 from goalwire.missions.definition import Definition, mission
 from goalwire.missions.run import MissionRun
 from goalwire.missions.runner import Runner
+from goalwire.missions.sent_goals import SentGoal
 from goalwire.missions.steps import ActionSteps, CallSteps, Steps
 from goalwire.missions.undo import Undo
 from goalwire.rules.missions.entries import MissionState
@@ -17,6 +18,7 @@ __all__ = [
     'MissionRun',
     'MissionState',
     'Runner',
+    'SentGoal',
     'Steps',
     'Undo',
     'mission',

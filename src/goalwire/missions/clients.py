@@ -19,6 +19,9 @@ class Clients:
         self._services: dict[tuple[Any, str], goalwire.Client[Any, Any]] = {}
         self._since: dict[str, float] = {}
         self._journals: dict[tuple[str, frozenset[str]], str] = {}
+        self.sent: dict[bytes, goalwire.Run[Any, Any]] = {}
+        """The goals, by their ids, that go on while their missions do other steps. Their results are awaited
+        from the beginning, so they do not expire at the server."""
 
     def action(self, action_type: Any, name: str) -> goalwire.ActionClient[Any, Any, Any]:
         """Return the client of an action."""
@@ -55,3 +58,9 @@ class Clients:
         if client is None:
             client = self._services[service_type, name] = self._node.client(service_type, name)
         return client
+
+    async def close(self) -> None:
+        """Await no result any more. The goals go on."""
+        while self.sent:
+            _, run = self.sent.popitem()
+            await run.__aexit__(None, None, None)

@@ -11,7 +11,7 @@ import asyncio
 from collections.abc import Awaitable
 from contextlib import suppress
 from enum import Enum, auto
-from typing import Any
+from typing import Any, TypeAlias
 
 import goalwire
 from goalwire.errors import (
@@ -37,7 +37,11 @@ CANCEL_S = 10.0
 """How long, in s, a cancelled goal may take to end before the mission goes on without it."""
 
 
-class _Move(Enum):
+GoalRun: TypeAlias = 'goalwire.Run[Any, Any]'
+"""A goal that this runner has sent, or has attached to."""
+
+
+class Move(Enum):
     """The next thing to do about the goal."""
 
     SEND = auto()
@@ -86,18 +90,18 @@ class GoalStep:
         except (Interrupted, NoServerError) as error:  # nothing was sent
             return Outcome(error=error.error if isinstance(error, Interrupted) else error)
         while True:
-            found: Outcome | _Move
-            if move is _Move.ASK:
+            found: Outcome | Move
+            if move is Move.ASK:
                 found = await self._find_out()
             else:
-                found = await self._follow(again=move is _Move.FOLLOW) or _Move.ASK
+                found = await self._follow(again=move is Move.FOLLOW) or Move.ASK
             if isinstance(found, Outcome):
                 return found
             move = found
 
     # -- the intent ----------------------------------------------------------------------------------------
 
-    async def _open(self) -> _Move:
+    async def _open(self) -> Move:
         """Write the intent and choose to send; if the journal has an intent, choose to ask the server."""
         step = self._step
         if self._intent is not None:
@@ -107,10 +111,10 @@ class GoalStep:
                     DeadlineError(f'{step.title}: its time is over'), is_stop=False
                 )
                 step.lift_limit()
-            return _Move.ASK
+            return Move.ASK
         await self._wait_for_server()
         await self._write_intent()
-        return _Move.ASK if step.must_probe else _Move.SEND
+        return Move.ASK if step.must_probe else Move.SEND
 
     async def _wait_for_server(self) -> None:
         limit = self._request.timeout
@@ -132,15 +136,8 @@ class GoalStep:
 
     async def _follow(self, *, again: bool) -> Outcome | None:
         """Send the goal, or attach to it, and wait for its end. Return None if the server must be asked."""
-        run: goalwire.Run[Any, Any]
-        was_known = True
-        if again:
-            run = self._client.attach(self._goal_id)
-        else:
-            self._step.boundary('before send')
-            was_known, self._may_be_known = self._may_be_known, True
-            run = self._client.send(self._request.goal, goal_id=self._goal_id, keep=True)
-        entering = asyncio.ensure_future(run.__aenter__())
+        was_known = again or self._may_be_known
+        run, entering = self._attach() if again else self._send()
         await asyncio.sleep(0)  # lets the task take its first turn, which puts the request on the wire
         if not again:
             self._step.boundary('after send')
@@ -156,9 +153,23 @@ class GoalStep:
             return None
         finally:
             if entering.done() and not entering.cancelled() and entering.exception() is None:
-                await run.__aexit__(None, None, None)
+                await self._leave(run)
 
-    async def _watch(self, run: goalwire.Run[Any, Any], entering: Awaitable[Any]) -> Outcome | None:
+    def _send(self) -> tuple[GoalRun, asyncio.Future[Any]]:
+        self._step.boundary('before send')
+        self._may_be_known = True
+        run: GoalRun = self._client.send(self._request.goal, goal_id=self._goal_id, keep=True)
+        return run, asyncio.ensure_future(run.__aenter__())
+
+    def _attach(self) -> tuple[GoalRun, asyncio.Future[Any]]:
+        run: GoalRun = self._client.attach(self._goal_id)
+        return run, asyncio.ensure_future(run.__aenter__())
+
+    async def _leave(self, run: GoalRun) -> None:
+        """End the run, not its goal: the result is not awaited any more."""
+        await run.__aexit__(None, None, None)
+
+    async def _watch(self, run: GoalRun, entering: Awaitable[Any]) -> Outcome | None:
         step = self._step
         await step.until_stopped(entering)
         if self._interruption is not None:
@@ -179,7 +190,7 @@ class GoalStep:
             self._step.ignore_stop()
         await self._step.write(Entry(EntryKind.CANCEL, self._step.number, {'why': str(why)}))
 
-    async def _cancel(self, run: goalwire.Run[Any, Any]) -> Outcome:
+    async def _cancel(self, run: GoalRun) -> Outcome:
         """Cancel the goal, since its time is over or the mission is stopped."""
         assert self._interruption is not None
         with suppress(CallError):
@@ -195,6 +206,10 @@ class GoalStep:
     def _conclude_success(self, result: object) -> Outcome:
         return Outcome(result, message_type=self._request.action_type.Result)
 
+    def _conclude_done(self) -> Outcome:
+        """Return the outcome of a lost goal that counts as reached."""
+        return self._conclude_success(self._request.action_type.Result())
+
     def _conclude_failure(self, failure: GoalFailed) -> Outcome:
         """Return the outcome of a failed goal: the mission's own error if the mission has cancelled it."""
         if self._interruption is not None and isinstance(failure, GoalCanceled):
@@ -209,7 +224,7 @@ class GoalStep:
 
     # -- asking the server ---------------------------------------------------------------------------------
 
-    async def _find_out(self) -> Outcome | _Move:
+    async def _find_out(self) -> Outcome | Move:
         """Ask the server for the goal's state until there is a conclusion."""
         while True:
             try:
@@ -225,11 +240,11 @@ class GoalStep:
             except Interrupted as why:
                 await self._note_interruption(why)
 
-    async def _conclude(self, found: goalwire.GoalProbe[Any]) -> Outcome | _Move | None:
+    async def _conclude(self, found: goalwire.GoalProbe[Any]) -> Outcome | Move | None:
         """Return the outcome or next move for a server's answer; None if it must be asked again."""
         match found.state:
             case goalwire.GoalState.RUNNING:
-                return _Move.FOLLOW
+                return Move.FOLLOW
             case goalwire.GoalState.ENDED | goalwire.GoalState.RESULT_GONE:
                 return self._conclude_end(found)
             case goalwire.GoalState.SERVER_DIED:
@@ -252,7 +267,7 @@ class GoalStep:
         failure.result = found.result
         return self._conclude_failure(failure)
 
-    async def _conclude_unknown(self, journal: str) -> Outcome | _Move | None:
+    async def _conclude_unknown(self, journal: str) -> Outcome | Move | None:
         """Conclude from the answer of a server that does not know the goal; `journal` is its journal's id."""
         assert self._intent is not None
         body = self._intent.body
@@ -275,7 +290,7 @@ class GoalStep:
             return self._send_again()
         return await self._conclude_lost(why)
 
-    async def _conclude_lost(self, why: str) -> Outcome | _Move:
+    async def _conclude_lost(self, why: str) -> Outcome | Move:
         if self._interruption is not None and self._interruption.is_stop:
             return self._gave_up(f'{why}: its goal may have run')
         return await self._decide(why)
@@ -287,7 +302,7 @@ class GoalStep:
         """
         return self._step.must_probe and self._step.history.intent is not self._intent
 
-    def _send_again(self) -> Outcome | _Move:
+    def _send_again(self) -> Outcome | Move:
         """Send a goal that has never run, unless it was refused or the mission does not want it any more."""
         self._step.must_probe = False
         if self._interruption is not None:
@@ -299,16 +314,16 @@ class GoalStep:
         # A client refuses to send an id twice, as a protection against mistakes: so sending again needs a new
         # client.
         self._client = self._step.clients.renew_action(self._request.action_type, self._request.name)
-        return _Move.SEND
+        return Move.SEND
 
-    async def _decide(self, why: str) -> Outcome | _Move:
+    async def _decide(self, why: str) -> Outcome | Move:
         """Let the mission or a person decide, since it is unknown whether the goal has run."""
         self._step.lift_limit()  # a person's answer may take longer
         goal_id = self._goal_id.hex()
         evidence = f'goal {goal_id} may have run, wholly or in part: {why}'
         decision = await self._step.decide_lost(self._request.if_lost, self._request.goal, evidence)
         if decision is Decision.DONE:
-            return self._conclude_success(self._request.action_type.Result())
+            return self._conclude_done()
         if decision is Decision.FAIL:
             return Outcome(error=StepLost(f'{self._step.title}: {evidence}'))
         self._attempt += 1
@@ -319,4 +334,4 @@ class GoalStep:
         except NoServerError as error:
             return Outcome(error=error)
         await self._write_intent()
-        return _Move.SEND
+        return Move.SEND

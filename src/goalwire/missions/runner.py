@@ -116,6 +116,7 @@ class Runner:
         await asyncio.wait(under_way)
         for run in self._runs.values():
             await run.close()
+        await self._clients.close()
         self._lock.note(self._machine.sighting())
         self._writer = None
 

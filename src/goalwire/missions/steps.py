@@ -16,6 +16,7 @@ from goalwire.missions.call_step import CallRequest, CallStep
 from goalwire.missions.goal_step import GoalRequest, GoalStep
 from goalwire.missions.live_step import IfLost, LiveStep, check_if_lost
 from goalwire.missions.outcomes import Outcome, outcome_of
+from goalwire.missions.sent_goals import SentGoal
 from goalwire.missions.store import as_json
 from goalwire.missions.undo import Undo
 from goalwire.rules.missions.entries import StepKey, digest_of
@@ -168,7 +169,7 @@ class Steps:
 
     def undo(self) -> Undo:
         """Return a context manager. If its block fails, the steps pushed to it run in reverse order."""
-        return Undo(self._undo)
+        return Undo(self.undoing)
 
     def give_up(self, reason: str) -> NoReturn:
         """End the mission as failed; undo steps run. Raises MissionStopped."""
@@ -198,8 +199,8 @@ class Steps:
         return outcome.take()
 
     @contextmanager
-    def _undo(self) -> Iterator[None]:
-        """Let steps run although the mission was stopped."""
+    def undoing(self) -> Iterator[None]:
+        """Return a context manager: steps in its block run although the mission was stopped."""
         self._undoing += 1
         try:
             yield
@@ -234,11 +235,8 @@ class ActionSteps(Generic[GoalT, ResultT]):
         attempt: the goal may have failed because somebody else has taken control of the robot. Raises
         GoalAborted, GoalCanceled, GoalRefused, NoServerError, DeadlineError; StepLost.
         """
-        message = message_of(self._type.Goal, goal, fields)
-        key = StepKey(
-            'goal', self._name, digest_of(self._type.__name__, codec.encode(message), repr(timeout))
-        )
-        request = GoalRequest(self._type, self._name, message, timeout, self._if_lost, self._kept)
+        request, digest = self._request(goal, fields, timeout)
+        key = StepKey('goal', self._name, digest)
 
         async def once() -> ResultT:
             result: ResultT = await self._steps.step(
@@ -247,6 +245,26 @@ class ActionSteps(Generic[GoalT, ResultT]):
             return result
 
         return await _attempt(self._steps, once, attempts, pause)
+
+    def send(
+        self, goal: GoalT | None = None, /, *, timeout: float | None = None, **fields: object
+    ) -> SentGoal[ResultT]:
+        """Return a goal that goes on while other steps follow: `async with drive.send(order=1) as sent:`.
+
+        Entering the block sends the goal, and waits until it is accepted, `timeout` s at most, including the
+        wait for the server. `await sent.result()` is a step of its own. Entering raises GoalRefused,
+        NoServerError, DeadlineError; StepLost.
+        """
+        request, digest = self._request(goal, fields, timeout)
+        return SentGoal(request, digest, self._steps.step, self._steps.undoing)
+
+    def _request(
+        self, goal: GoalT | None, fields: dict[str, object], timeout: float | None
+    ) -> tuple[GoalRequest, str]:
+        """Return the request for a goal, and the hash by which the journal knows it."""
+        message = message_of(self._type.Goal, goal, fields)
+        digest = digest_of(self._type.__name__, codec.encode(message), repr(timeout))
+        return GoalRequest(self._type, self._name, message, timeout, self._if_lost, self._kept), digest
 
 
 class CallSteps(Generic[RequestT, ResponseT]):

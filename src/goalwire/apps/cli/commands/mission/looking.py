@@ -158,5 +158,7 @@ def _text(entry: Entry) -> str:
 def _ending(body: Mapping[str, Json]) -> str:
     if 'error' in body:
         return f'failed: {body["error"]}: {body["text"]}'
+    if body.get('kind') == 'send':
+        return 'accepted'
     value = body.get('value')
     return 'done' if value is None else f'gave {value}'
