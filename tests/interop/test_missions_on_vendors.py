@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -13,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from helpers import real_rclpy
+from helpers.chance import fresh_chance
 from helpers.environments import Environment
 from helpers.isolation import isolated_env
 from helpers.processes import Program
@@ -40,7 +39,7 @@ def test_no_goal_runs_twice_at_a_server_of_the_real_rclpy(
     executions = tmp_path / 'executions.txt'
     mission = f'{PROGRAMS / "vendor_rounds.py"}:rounds'
     arguments = ('mission', 'run', '-j', str(tmp_path / 'm.db'), '--id', 'm', mission, str(PLACES))
-    chance = random.Random(sys.version)
+    chance = fresh_chance(record_property)
     with ExitStack() as stack:
         drives = Program(PROGRAMS / 'vendor_drives.py', str(executions), env=world, python=python)
         stack.enter_context(drives).expect('^ready$')

@@ -5,6 +5,7 @@ It is a second, silent queryable beside the server, so it gets every request and
 
 from __future__ import annotations
 
+import itertools
 import os
 import sys
 import threading
@@ -22,11 +23,12 @@ DOMAIN = int(os.environ['ROS_DOMAIN_ID'])
 
 def main(path: str) -> None:
     with Path(path).open('a', encoding='utf-8') as heard:
+        number = itertools.count()
 
         def note(query: Query) -> None:
             print(
                 goal_id_of(bytes(query.payload or b'')).hex(),
-                'sent',
+                next(number),
                 time.monotonic(),
                 file=heard,
                 flush=True,
