@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from contextlib import AbstractAsyncContextManager
+from contextlib import AbstractAsyncContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 Between = Callable[[], Awaitable[object]]
 """Awaited after a crash, before the next runner: the function may restart a server, or let results expire."""
 MakeNode = Callable[[], AbstractAsyncContextManager['goalwire.Node']]
+MakeWorld = Callable[[], AbstractAsyncContextManager[object]]
+"""Entered before each run and left after it: the servers of one run."""
+Chosen = Callable[[str], bool]
+"""Returns True for the boundaries to crash at."""
 
 
 class _Crash(BaseException):
@@ -97,19 +101,26 @@ async def crash_everywhere(
     make_node: MakeNode,
     folder: Path,
     between: Between | None = None,
+    make_world: MakeWorld = nullcontext,
+    chosen: Chosen = bool,
 ) -> list[CrashRun]:
     """Run a mission once without a crash, then once for each boundary, and return how each run ended.
 
     Each run has its own file in `folder`, and `make_node()` gives the node of each runner. The mission's
     servers belong to the test and stay alive, unless `between()` changes that: it is awaited after each
-    crash, before the next runner. In virtual time (`gw_clock`) this takes no real time.
+    crash, before the next runner. Servers that must be new in each run start in `make_world()`. With `chosen`
+    only those boundaries are tried for whose name it returns True. In virtual time (`gw_clock`) this takes no
+    real time.
     """
     play = partial(_run, mission, arguments, make_node, between)
-    undisturbed, boundaries = await play(folder / 'run.db', None)
+    async with make_world():
+        undisturbed, boundaries = await play(folder / 'run.db', None)
     runs = [undisturbed]
-    for number in range(len(boundaries)):
-        run, _ = await play(folder / f'crash-{number}.db', number)
-        runs.append(run)
+    for number, boundary in enumerate(boundaries):
+        if chosen(boundary):
+            async with make_world():
+                run, _ = await play(folder / f'crash-{number}.db', number)
+            runs.append(run)
     return runs
 
 
