@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from uuid import uuid4
 
 import pytest
 from helpers.chance import fresh_chance
@@ -204,3 +205,36 @@ def test_each_goal_is_executed_once_whoever_is_killed(
     if world.is_tapped:
         assert_none_was_sent_to_a_server_that_knew_it(world)
     assert world.kills >= KILLS * 0.8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('network', [ZENOH, pytest.param(DDS, marks=pytest.mark.long)])
+def test_an_order_that_is_sent_again_after_its_runner_was_killed_is_carried_out_once(
+    network: str, tmp_path: Path
+) -> None:
+    require(network)
+    env, executions, order = isolated_env(network), tmp_path / 'executions.txt', str(uuid4())
+    with ExitStack() as stack:
+
+        def start(*command: Path | str) -> Program:
+            source, *arguments = command
+            return stack.enter_context(Program(Path(source), *map(str, arguments), env=env))
+
+        def send() -> Program:
+            return start('-m', 'goalwire', 'action', 'send_goal', 'fetch', 'order=3', '--goal-id', order)
+
+        start(PROGRAMS / 'base.py', executions).expect('^ready$')
+        for _ in range(2):
+            runner = start(PROGRAMS / 'orders.py', tmp_path / 'missions.db')
+            runner.expect('^ready$')
+            sent = send()
+            sent.expect('^Goal accepted', IN_TIME)
+            runner.kill()
+            runner.wait()
+            assert sent.wait() != 0
+        start(PROGRAMS / 'orders.py', tmp_path / 'missions.db').expect('^ready$')
+        send().expect('^Goal finished with status: SUCCEEDED', IN_TIME)
+        again = send()
+        again.expect('nothing is sent', IN_TIME)
+        again.expect('^Goal finished with status: SUCCEEDED', IN_TIME)
+    assert executions.read_text(encoding='utf-8').count('begun') == 1

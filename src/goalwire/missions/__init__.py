@@ -4,6 +4,7 @@
 """
 
 from goalwire.missions.definition import Definition, mission
+from goalwire.missions.offers import offer
 from goalwire.missions.run import MissionRun
 from goalwire.missions.runner import Runner
 from goalwire.missions.sent_goals import SentGoal
@@ -22,4 +23,5 @@ __all__ = [
     'Steps',
     'Undo',
     'mission',
+    'offer',
 ]

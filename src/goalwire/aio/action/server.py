@@ -45,6 +45,11 @@ class Goal(Generic[GoalT, FeedbackT]):
         """The goal's id, 16 bytes."""
         return self._handle.goal_id_bytes
 
+    @property
+    def is_canceled(self) -> bool:
+        """True if the goal was cancelled. A handler is also cancelled, without this, when the node closes."""
+        return self._handle.is_cancel_requested or not self._handle.is_active
+
     def feedback(self, message: FeedbackT | None = None, /, **fields: object) -> None:
         """Send feedback to the client: a message, or `fields` from which a message is made.
 

@@ -6,6 +6,7 @@ import json
 import re
 import signal
 import time
+import uuid
 
 import pytest
 from helpers.command_line import Begin, CommandLine
@@ -204,6 +205,30 @@ def test_a_detached_goal_is_probed_and_attached_to(ros2: CommandLine, begin: Beg
     assert attached.output.splitlines()[-1] == 'Goal finished with status: CANCELED'
     ended = json.loads(ros2.ok('action', 'probe', 'lab/fibonacci', goal_id, '--json'))
     assert (ended['goal_id'], ended['state'], ended['status']) == (goal_id, 'ended', 'CANCELED')
+
+
+def test_a_goal_of_a_given_id_runs_once_however_often_it_is_sent(ros2: CommandLine, begin: Begin) -> None:
+    goal_id = uuid.uuid4()
+    send = ('action', 'send_goal', 'lab/fibonacci', 'order=1005', '--goal-id')
+    first = begin(*send, str(goal_id))
+    first.expect(f'^Goal accepted with ID: {goal_id.hex}')
+    assert ros2.ok(*send, goal_id.hex, '--detach') == f'{goal_id.hex}\n'
+    second = begin(*send, goal_id.hex)
+    second.expect(f'^The server has the goal {goal_id.hex}: nothing is sent$')
+    ros2.ok('action', 'cancel', 'lab/fibonacci', goal_id.hex)
+    for program in (first, second):
+        assert program.wait() == 9
+        assert program.output.splitlines()[-1] == 'Goal finished with status: CANCELED'
+    third = ros2(*send, goal_id.hex, '--json')
+    events = [json.loads(line) for line in third.lines]
+    assert [each['event'] for each in events] == ['known', 'result']
+    assert (third.code, events[1]['status']) == (9, 'CANCELED')
+
+
+@pytest.mark.parametrize('given', ['4711', '0' * 32])
+def test_what_is_no_id_of_a_goal_is_refused(ros2: CommandLine, given: str) -> None:
+    told = ros2.fails('action', 'send_goal', 'lab/fibonacci', 'order=1', '--goal-id', given, code=2)
+    assert given in told
 
 
 def test_attaching_to_a_goal_that_the_server_does_not_have_sends_none(ros2: CommandLine) -> None:

@@ -70,6 +70,11 @@ class RunDisplay:
         except goalwire.GoalCanceled as error:
             return self._finish('CANCELED', error.result, by_ourselves=by_ourselves)
 
+    def show_ended(self, found: goalwire.GoalProbe[Any], result_type: type) -> Outcome:
+        """Show the result of a goal that had ended before; an empty one if its server has forgotten it."""
+        result = result_type() if found.result is None else found.result
+        return self._finish(found.status.name, result)
+
     def _show_feedback(self, feedback: Any) -> None:
         if self._output.json:
             self._output.data({'event': 'feedback', 'feedback': as_dict(feedback)})

@@ -127,15 +127,20 @@ def probe(arguments: Namespace, output: Output) -> Outcome:
         if found.state is goalwire.GoalState.UNKNOWN:
             see = 'look at the robot before the goal is sent again'
             raise CommandError(Outcome.NOT_FOUND, f'the server does not have the goal: {found.why}', see)
-        if found.state is goalwire.GoalState.SERVER_DIED:
-            see = 'look at the robot: the goal was executed in part'
-            raise CommandError(Outcome.NOT_FOUND, f'the goal has no end: {found.why}', see)
-        if found.state is goalwire.GoalState.CANNOT_TELL:
-            see = 'ask again later, and do not send the goal again'
-            raise CommandError(Outcome.FAILED, f'nobody can tell how the goal stands: {found.why}', see)
+        refuse_unclear(found)
         return Outcome.OK
 
     return live(ask)
+
+
+def refuse_unclear(found: goalwire.GoalProbe[Any]) -> None:
+    """Raise CommandError if the goal was executed in part, or if nobody can tell how it stands."""
+    if found.state is goalwire.GoalState.SERVER_DIED:
+        see = 'look at the robot: the goal was executed in part'
+        raise CommandError(Outcome.NOT_FOUND, f'the goal has no end: {found.why}', see)
+    if found.state is goalwire.GoalState.CANNOT_TELL:
+        see = 'ask again later, and do not send the goal again'
+        raise CommandError(Outcome.FAILED, f'nobody can tell how the goal stands: {found.why}', see)
 
 
 def _show(found: goalwire.GoalProbe[Any], goal_id: str, output: Output) -> None:

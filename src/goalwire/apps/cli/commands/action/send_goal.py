@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING, Any
+from uuid import UUID
 
 import goalwire
 from goalwire.apps.cli.commands.action.display import RunDisplay, progress_argument, yaml_text
+from goalwire.apps.cli.commands.action.known_goals import refuse_unclear
 from goalwire.apps.cli.commands.service.call import LOOK_S, PATIENCE_S
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
@@ -46,6 +48,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         'see `action attach` and `action probe`',
     )
     parser.add_argument(
+        '--goal-id',
+        metavar='ID',
+        type=_goal_id,
+        help='Id of the goal, a UUID. If the server has a goal of this id, that goal is followed, '
+        'and nothing is sent',
+    )
+    parser.add_argument(
         '-t',
         '--timeout',
         metavar='S',
@@ -53,6 +62,16 @@ def add_arguments(parser: ArgumentParser) -> None:
         help='Seconds that the goal may take, the wait for the server included; then it is cancelled. '
         f'Without, the server must appear within {PATIENCE_S:.0f} s, and the goal may take any time',
     )
+
+
+def _goal_id(text: str) -> bytes:
+    try:
+        goal_id = UUID(text).bytes
+    except ValueError:
+        raise ArgumentTypeError(f"'{text}' is not a UUID, which has 32 hexadecimal digits") from None
+    if not any(goal_id):
+        raise ArgumentTypeError(f"'{text}' is not an id of a goal: it means all goals")
+    return goal_id
 
 
 class _Goal:
@@ -86,12 +105,19 @@ class _Goal:
             types = types_there(node, EndpointKind.SERVICE, self._name + SEND_GOAL)
             refuse_other_type(self._name, self._type_name, [show_type(each) for each in types])
             await client.wait_for_server(timeout=self._arguments.timeout or PATIENCE_S)
+        known = await self._follow_known(client, node)
+        if known is not None:
+            return known
         for set_stamp in self._set_stamps:
             set_stamp(node.clock.now().to_msg())
         self._say(f'Sending goal:\n     {yaml_text(self._goal)}')
         # Without `grace`, the end of the block does not wait for the goal: `_cancel` cancels it and waits.
         sending = client.send(
-            self._goal, timeout=self._arguments.timeout, grace=0.0, keep=self._arguments.detach
+            self._goal,
+            timeout=self._arguments.timeout,
+            grace=0.0,
+            goal_id=self._arguments.goal_id,
+            keep=self._arguments.detach,
         )
         try:
             async with sending as run:
@@ -104,6 +130,32 @@ class _Goal:
                 raise
             self._say('Goal was rejected.')
             return Outcome.REFUSED
+
+    async def _follow_known(
+        self, client: goalwire.ActionClient[Any, Any, Any], node: goalwire.Node
+    ) -> Outcome | None:
+        """Follow the goal of the id that was given, if the server has it. Return None if it has not.
+
+        The server is asked before anything is sent: an id that a server of rclcpp knows would end it.
+        """
+        goal_id = self._arguments.goal_id
+        if goal_id is None:
+            return None
+        found = await client.probe(goal_id)
+        refuse_unclear(found)
+        if found.state is goalwire.GoalState.UNKNOWN:
+            return None
+        if self._output.json:
+            self._output.data({'event': 'known', 'goal_id': goal_id.hex()})
+        if self._arguments.detach:
+            if not self._output.json:
+                self._output.line(goal_id.hex())
+            return Outcome.OK
+        self._say(f'The server has the goal {goal_id.hex()}: nothing is sent\n')
+        if found.state is not goalwire.GoalState.RUNNING:
+            return self._display.show_ended(found, self._cls.Result)
+        async with client.attach(goal_id, timeout=self._arguments.timeout) as run:
+            return await self._follow(run, node)
 
     def _tell_accepted(self, run: goalwire.Run[Any, Any]) -> None:
         if self._output.json:

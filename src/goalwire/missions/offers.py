@@ -1,0 +1,71 @@
+"""Missions that others ask for as goals of an action. A goal's id is its mission's, so asking twice is safe.
+
+Whoever gives the orders chooses the id, for example from the number of an order. A goal whose mission was
+begun before, also by an earlier runner of the same journal, begins nothing: it waits for that mission's end.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+from goalwire.errors import GoalAborted, JournalError, MissionIdTaken
+from goalwire.rules.missions.entries import MissionState
+
+if TYPE_CHECKING:
+    import goalwire
+    from goalwire.entities.actions.types import ActionClass
+    from goalwire.missions.definition import Definition
+    from goalwire.missions.run import MissionRun
+    from goalwire.missions.runner import Runner
+    from goalwire.rules.missions.entries import Json
+
+GoalT = TypeVar('GoalT')
+ResultT = TypeVar('ResultT')
+FeedbackT = TypeVar('FeedbackT')
+
+
+def offer(
+    node: goalwire.Node,
+    runner: Runner,
+    definition: Definition,
+    action_type: ActionClass[GoalT, ResultT, FeedbackT],
+    name: str,
+    *,
+    arguments: Callable[[GoalT], Sequence[Json]],
+    result: Callable[..., ResultT],
+    priority: Callable[[GoalT], int] = lambda _goal: 0,
+) -> goalwire.ActionServer[GoalT, ResultT, FeedbackT]:
+    """Serve an action whose goals are missions: each goal begins the mission of its id, or waits for it.
+
+    `arguments(goal)` returns the mission's arguments, `priority(goal)` its priority in a runner that carries
+    out one mission at a time, and `result(value)` the result's message for the mission's value. Cancelling
+    the goal cancels the mission, and its undo steps run. A mission that fails aborts its goal; so does one
+    whose id was used with other arguments. Raises as `Node.action_server` does.
+    """
+
+    async def carry_out(goal: goalwire.Goal[GoalT, FeedbackT]) -> ResultT:
+        id_ = goal.goal_id.hex()
+        try:
+            run = await runner.start(
+                definition, *arguments(goal.request), id=id_, priority=priority(goal.request)
+            )
+        except (MissionIdTaken, JournalError) as error:
+            raise GoalAborted(str(error)) from error
+        try:
+            await run.ended.wait()
+        except asyncio.CancelledError:
+            if goal.is_canceled:  # the node may also be closing: then the mission goes on later
+                await runner.cancel(id_)
+                await run.ended.wait()
+            raise
+        return _result_of(run, result)
+
+    return node.action_server(action_type, name, carry_out)
+
+
+def _result_of(run: MissionRun, result: Callable[..., ResultT]) -> ResultT:
+    if run.state is not MissionState.SUCCEEDED:
+        raise GoalAborted(f'mission {run.row.id}: {run.state}{f": {run.why}" if run.why else ""}')
+    return result(run.result)

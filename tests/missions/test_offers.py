@@ -1,0 +1,177 @@
+"""Missions that others ask for as goals: a goal with a fixed id that comes twice begins one mission."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from uuid import UUID, uuid4
+
+import pytest
+from example_interfaces.action import Fibonacci
+from helpers.missions import Base, Robot, play
+
+import goalwire
+from goalwire.errors import GoalAborted, GoalCanceled, GoalIdTaken, GoalRefused
+from goalwire.missions import MissionState, Runner, Steps, mission, offer
+
+ORDER = UUID('6ba7b810-9dad-41d1-80b4-00c04fd430c8')
+
+
+@mission(resume='auto')
+async def fetch(m: Steps, place: int) -> int:
+    drive = m.action(Fibonacci, 'drive')
+    async with m.undo() as undo:
+        undo.push(drive.call, order=0)
+        await drive.call(order=place)
+    return place
+
+
+@asynccontextmanager
+async def offered(base: Base) -> AsyncIterator[Runner]:
+    """One life of a runner that carries out one mission at a time, and offers `fetch` as an action."""
+    async with (
+        base.graph.node('runner') as node,
+        Runner(node, base.path, missions=[fetch], one_at_a_time=True) as runner,
+    ):
+        offer(
+            node,
+            runner,
+            fetch,
+            Fibonacci,
+            'fetch',
+            arguments=lambda goal: [goal.order],
+            result=lambda value: Fibonacci.Result(sequence=[value]),
+            priority=lambda goal: goal.order,
+        )
+        yield runner
+
+
+async def ask(place: int, goal_id: UUID | None = None) -> list[int]:
+    """Ask as a program that knows nothing of earlier ones, and return what was fetched."""
+    async with goalwire.Node('brain') as node:
+        client = node.action(Fibonacci, 'fetch')
+        async with client.send(order=place, goal_id=goal_id or uuid4(), keep=True) as run:
+            return list((await run.result).sequence)
+
+
+async def follow(goal_id: UUID) -> list[int]:
+    async with goalwire.Node('brain') as node, node.action(Fibonacci, 'fetch').attach(goal_id) as run:
+        return list((await run.result).sequence)
+
+
+def test_a_goal_is_a_mission_of_the_same_id(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), offered(base) as runner:
+            assert await ask(3, ORDER) == [3]
+            [run] = runner.missions()
+            assert (run.row.id, run.row.arguments, run.state) == (ORDER.hex, (3,), MissionState.SUCCEEDED)
+        assert robot.places == [3]
+
+    play(scenario)
+
+
+def test_a_goal_that_comes_again_while_it_runs_is_refused_and_can_be_followed(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), offered(base):
+            first = asyncio.ensure_future(ask(3, ORDER))
+            await robot.until(1)
+            with pytest.raises((GoalRefused, GoalIdTaken)):
+                await ask(3, ORDER)
+            assert await follow(ORDER) == [3]
+            assert await first == [3]
+        assert robot.places == [3]
+
+    play(scenario)
+
+
+def test_a_goal_that_comes_again_after_its_runner_died_waits_for_its_mission(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            async with offered(base):
+                first = asyncio.ensure_future(ask(3, ORDER))
+                await robot.until(1)
+            with pytest.raises(goalwire.CallError):
+                await first
+            async with offered(base):
+                assert await ask(3, ORDER) == [3]
+            async with offered(base):  # the mission has ended: its result is in the journal
+                assert await ask(3, ORDER) == [3]
+        assert robot.places == [3]
+        assert not robot.cancelled
+
+    play(scenario)
+
+
+def test_a_goal_that_comes_again_after_the_server_forgot_it_begins_nothing(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), offered(base):
+            assert await ask(3, ORDER) == [3]
+            await asyncio.sleep(3600.0)
+            assert await ask(3, ORDER) == [3]
+        assert robot.places == [3]
+
+    play(scenario)
+
+
+def test_the_same_id_with_another_goal_is_aborted(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            async with offered(base):
+                assert await ask(3, ORDER) == [3]
+            async with offered(base):
+                with pytest.raises(GoalAborted, match='begun before'):
+                    await ask(4, ORDER)
+        assert robot.places == [3]
+
+    play(scenario)
+
+
+def test_goals_queue_by_their_priority(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), offered(base):
+            first = asyncio.ensure_future(ask(1))
+            await robot.until(1)
+            others = [asyncio.ensure_future(ask(place)) for place in (2, 3)]
+            assert await asyncio.gather(first, *others) == [[1], [2], [3]]
+        assert robot.places == [1, 3, 2]
+
+    play(scenario)
+
+
+def test_cancelling_the_goal_cancels_the_mission_and_undoes_it(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), offered(base) as runner, goalwire.Node('brain') as node:
+            async with node.action(Fibonacci, 'fetch').send(order=3) as run:
+                await robot.until(1)
+                await run.cancel()
+                with pytest.raises(GoalCanceled):
+                    await run.result
+            [mission_run] = runner.missions()
+            assert mission_run.state is MissionState.CANCELED
+        assert robot.places == [3, 0]
+        assert robot.cancelled == [3]
+
+    play(scenario)
+
+
+def test_a_mission_that_fails_or_that_a_person_cancels_aborts_its_goal(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), offered(base) as runner:
+            with pytest.raises(GoalAborted, match='unlucky'):
+                await ask(13)
+            asking = asyncio.ensure_future(ask(3, ORDER))
+            await robot.until(3)
+            await runner.cancel(ORDER.hex)
+            with pytest.raises(GoalAborted, match='cancelled it'):
+                await asking
+
+    play(scenario)
