@@ -57,7 +57,7 @@ class _Player:
         self._folder = folder
         self._stack = stack
         self._server = server
-        self._env = isolated_env(NETWORK)
+        self._env = isolated_env(NETWORK) | {'HUMANOID_PHYSICS': '0'}  # the body of an install without extras
         self.staying: list[tuple[Program, list[str]]] = []
         """Programs of terminals that end with ^C, and what they still have to print."""
         self.commands: list[Program] = []
