@@ -28,8 +28,10 @@ from goalwire.apps.cli.framework.outcome import Outcome
 _LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
 _COMMAND_ENDS = {0, Outcome.CANCELED, Outcome.INTERRUPTED}
 """How a command may end by Ctrl-C, or before it."""
-_PATIENCE = 60.0
-"""How many s a command may take for a line, and for its end: a page's pytest run takes 3 s alone."""
+_PATIENCE = 100.0
+"""How many s a command may take for a line, and for its end. A page's pytest run takes 3 s alone, and ten
+times as long on a busy machine. After 60 to 90 s virtual time tells which thread holds it up.
+"""
 _ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: |no: |wrong  ')
 
 
@@ -105,6 +107,9 @@ class _Player:
         self.count += 1
         server = None if variables or source == Path('-m') else self._server
         environment = {**self._env, **variables}
+        if arguments[:1] == ('pytest',):
+            shows_hang = '-o', f'faulthandler_timeout={_PATIENCE / 2}'
+            arguments = *arguments, *shows_hang
         program = Program(source, *arguments, env=environment, cwd=self._folder, server=server)
         return self._stack.enter_context(program)
 

@@ -56,7 +56,7 @@ def test_a_launch_file_does_its_job(name: str, isolated: dict[str, str], tmp_pat
     words = ('launch', str(PUBLIC / name))
     with Program(executable(), *words, env=isolated | {'BROWSER': 'true'}, cwd=tmp_path) as launched:
         for line in JOBS[name]:
-            launched.expect(line, timeout=40.0)
+            launched.expect(line)
         assert 'Traceback' not in launched.output
         assert 'process has died' not in launched.output
         launched.send_signal(signal.SIGINT)

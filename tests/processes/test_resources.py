@@ -73,17 +73,22 @@ def test_nothing_is_left_of_many_nodes_with_entities(
 
 @pytest.mark.parametrize('transport', ['rmw_zenoh_cpp', DDS])
 def test_a_stream_of_messages_leaves_nothing_behind(start: Start, transport: str) -> None:
-    """Every message arrives, and neither end grows. GOALWIRE_TEST_MESSAGES=1000000 makes it a million."""
+    """Every message arrives, and neither end grows. GOALWIRE_TEST_MESSAGES=1000000 makes it a million.
+
+    A leak grows from each pause to the next. The programs' direct link, which a busy machine may give them
+    only after the first pause, adds its descriptors once.
+    """
     require(transport)
     number = int(os.environ.get('GOALWIRE_TEST_MESSAGES', '100000'))
     calls_kib = CALL_KIB * number // 500 if transport == 'rmw_zenoh_cpp' else 0
     ends = [
         start('stream', role, number, RMW_IMPLEMENTATION=transport) for role in ('subscriber', 'publisher')
     ]
-    before = [held_at('before', end) for end in reversed(ends)][::-1]
-    after = [held_at('after', end) for end in reversed(ends)][::-1]
-    for first, last in zip(before, after, strict=True):
-        assert last.descriptors <= first.descriptors
+    before, between, after = (
+        [held_at(each, end) for end in reversed(ends)][::-1] for each in ('before', 'between', 'after')
+    )
+    for first, middle, last in zip(before, between, after, strict=True):
+        assert min(middle.descriptors - first.descriptors, last.descriptors - middle.descriptors) <= 0
         assert last.threads <= first.threads + SPARE_THREADS
         assert last.memory - first.memory < STREAM_KIB + calls_kib
     for end in ends:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
+from statistics import median
 
 import pytest
 from helpers.collector import Collector
@@ -53,7 +55,8 @@ def test_an_unknown_joint_is_a_warning_and_zeros(server: Program, robot: Robot) 
 def test_joint_states_come_at_fifty_hertz(server: Program, states: Collector[JointState]) -> None:
     came = states.expect(51)
     stamps = [state.header.stamp.sec + state.header.stamp.nanosec / 1e9 for state in came[:51]]
-    assert stamps[-1] - stamps[0] == pytest.approx(1.0, rel=0.1)
+    periods = [later - earlier for earlier, later in pairwise(stamps)]
+    assert median(periods) == pytest.approx(0.02, rel=0.1)  # a busy machine leaves out some
     assert list(came[0].name[:2]) == ['left_arm_shoulder', 'left_arm_elbow']
     assert len(came[0].name) == len(came[0].position) == len(came[0].velocity) == len(came[0].effort)
 

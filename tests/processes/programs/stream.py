@@ -1,4 +1,4 @@
-"""One end of a stream of messages, of which none may be lost. Pauses after a tenth and at the end.
+"""One end of a stream of messages, of which none may be lost. Pauses after a tenth, a half and at the end.
 
 Arguments: publisher or subscriber, and the number of messages. The subscriber asks for a batch at a time, so
 that neither end has more than that in hand.
@@ -29,6 +29,8 @@ def pause(title: str) -> None:
 def pause_at(count: int) -> None:
     if count == number // 10:
         pause('before')
+    elif count == number // 2:
+        pause('between')
     elif count == number:
         pause('after')
 
