@@ -11,7 +11,9 @@ from typing import NamedTuple
 import pytest
 
 from goalwire.apps.course.checking import Report, check
+from goalwire.apps.course.checks.reliable_client import judge_pauses
 from goalwire.apps.course.exercises import EXERCISES, Exercise
+from goalwire.apps.course.student import Wrong
 
 
 class Mistake(NamedTuple):
@@ -67,7 +69,7 @@ MISTAKES = {
             'an answer of its own',
             '        return response\n',
             '        return GetBatteryStatus.Response()\n',
-            'the battery in the answer is empty',
+            'the battery in the answer is empty\nset the fields of the battery',
         ),
         Mistake(
             'request and response swapped',
@@ -120,7 +122,7 @@ MISTAKES = {
             'NaN passes',
             'LIMITS[name][0] <= position <= LIMITS[name][1]',
             'not (position < LIMITS[name][0] or position > LIMITS[name][1])',
-            'NaN for a position is accepted',
+            'NaN for a position is accepted\nevery comparison with NaN is false',
         ),
         Mistake(
             'no feedback', '            goal_handle.publish_feedback(feedback)\n', '', '0 feedback messages'
@@ -304,6 +306,7 @@ MISTAKES = {
         Mistake('once', 'ATTEMPTS = 4', 'ATTEMPTS = 1', 'the exit code is 1'),
         Mistake('five times', 'ATTEMPTS = 4', 'ATTEMPTS = 5', '5 requests came instead of 4'),
         Mistake('the same pause', '                pause *= 2\n', '', 'after one another'),
+        Mistake('no pause', 'time.sleep(pause)', 'time.sleep(0.0)', 'no pause between attempts'),
         Mistake('always 0', 'sys.exit(1)', 'sys.exit(0)', 'and the exit code is 0'),
         Mistake(
             'asks on',
@@ -337,6 +340,27 @@ MISTAKES = {
 }
 """The mistakes of each exercise."""
 ALL = [(exercise, mistake) for exercise in EXERCISES for mistake in MISTAKES[exercise.name]]
+
+
+@pytest.mark.parametrize(
+    'gaps', [(0.70, 0.90, 1.10), (0.87, 0.90, 1.10), (0.75, 0.92, 1.30)], ids=['even', 'late', 'doubled']
+)
+def test_pauses_that_grow_evenly_are_enough(gaps: tuple[float, ...]) -> None:
+    """Also if the first gap is longer than its pause, as on a busy machine."""
+    judge_pauses(gaps)
+
+
+@pytest.mark.parametrize(
+    ('gaps', 'told'),
+    [
+        ((0.78, 0.70, 0.70), 'the pauses do not grow'),
+        ((0.90, 0.80, 0.60), 'the pauses do not grow'),
+        ((0.55, 0.50, 0.50), 'there is no pause between attempts'),
+    ],
+)
+def test_pauses_that_do_not_grow_are_told_from_none_at_all(gaps: tuple[float, ...], told: str) -> None:
+    with pytest.raises(Wrong, match=told):
+        judge_pauses(gaps)
 
 
 def _check_wrong(exercise: Exercise, mistake: Mistake, folder: Path) -> Report:

@@ -167,7 +167,9 @@ async def _insist_on_refusal(client: Client, goal: MoveArm.Goal, fault: str) -> 
         pass  # The server accepted the goal, and another error followed.
     raise Wrong(
         f'a goal that {fault} is accepted',
-        'goal_callback gets the goal before anything moves: return GoalResponse.REJECT there. Is '
+        'every comparison with NaN is false, so ask whether a value is good, not whether it is bad'
+        if 'NaN' in fault
+        else 'goal_callback gets the goal before anything moves: return GoalResponse.REJECT there. Is '
         'goal_callback=… given to ActionServer?',
     )
 
@@ -257,6 +259,7 @@ async def _go_on(client: Client, stopped_at: float) -> None:
 def _judge_begin(begins_at: float, stands_at: float) -> None:
     if abs(begins_at - stands_at) > 0.4:
         raise Wrong(
-            f'the joint stands at {stands_at:.2f}, and the next goal begins at {begins_at:.2f}',
-            'keep the positions of the joints in the node: the arm does not jump',
+            f'the joint stands at {stands_at:.2f}, and the next goal begins at {begins_at:z.2f}',
+            'begin each motion at the position that the node keeps for the joint, as in self.positions: the '
+            'arm does not jump',
         )

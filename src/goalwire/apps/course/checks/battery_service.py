@@ -85,14 +85,14 @@ async def _explain(student: Student, error: goalwire.CallError) -> Wrong:
 
 
 def _judge_battery(answer: GetBatteryStatus.Response) -> None:
+    """Judge the fields in the order in which the task and the file list them."""
     battery = answer.battery
     if battery == type(battery)():
         raise Wrong(
             'the battery in the answer is empty',
-            'fill the response that the callback gets, and return that one: response.battery = state',
+            'set the fields of the battery (step 2), as state.voltage = …, and return the response that the '
+            'callback got (step 3), not a new one',
         )
-    if not battery.present:
-        raise Wrong('battery.present is False', 'the robot has its battery: set it to True')
     if battery.header.stamp.sec == 0:
         raise Wrong(
             'battery.header.stamp is empty, so nobody knows how old the answer is',
@@ -106,11 +106,6 @@ def _judge_battery(answer: GetBatteryStatus.Response) -> None:
         raise Wrong(
             f'battery.current is {battery.current:g} A',
             'sensor_msgs/BatteryState wants it negative while the battery discharges',
-        )
-    if battery.power_supply_status != battery.POWER_SUPPLY_STATUS_DISCHARGING:
-        raise Wrong(
-            f'battery.power_supply_status is {battery.power_supply_status}',
-            'there is a constant: BatteryState.POWER_SUPPLY_STATUS_DISCHARGING',
         )
     if not 0.0 <= battery.percentage <= 1.0:
         raise Wrong(
@@ -128,6 +123,13 @@ def _judge_battery(answer: GetBatteryStatus.Response) -> None:
             'battery.temperature says 0 degrees, and nothing measured that',
             "a value that nobody measures is NaN: float('nan')",
         )
+    if battery.power_supply_status != battery.POWER_SUPPLY_STATUS_DISCHARGING:
+        raise Wrong(
+            f'battery.power_supply_status is {battery.power_supply_status}',
+            'there is a constant: BatteryState.POWER_SUPPLY_STATUS_DISCHARGING',
+        )
+    if not battery.present:
+        raise Wrong('battery.present is False', 'the robot has its battery: set it to True')
 
 
 def _judge_time(answer: GetBatteryStatus.Response) -> None:
