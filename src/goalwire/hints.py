@@ -52,7 +52,17 @@ def _unknown_field(found: re.Match[str], _frame: FrameType) -> str:
         if not fields:
             return f'{found[1]} has no fields'
         near = get_close_matches(found[2].lower(), fields, n=1, cutoff=0.5)
-        return f'{found[1]} has the fields {", ".join(fields)}; {did_you_mean(near)}'.rstrip('; ')
+        inside = _field_that_has(found[2], fields, made)
+        advice = f'write .{inside}.{found[2]}' if inside else did_you_mean(near)
+        return f'{found[1]} has the fields {", ".join(fields)}; {advice}'.rstrip('; ')
+    return ''
+
+
+def _field_that_has(name: str, fields: dict[str, str], made: Any) -> str:
+    """Return the field whose own message has a field `name`, such as `feedback` of a feedback message."""
+    for field, type_name in fields.items():
+        if any(name in _fields_of(cls) for cls in made(type_name.rpartition('/')[2])):
+            return field
     return ''
 
 
@@ -76,7 +86,10 @@ def _unset_attribute(error: BaseException) -> str:
     cls = type(owner)
     if not hasattr(cls, 'create_publisher') or get_close_matches(name, dir(owner), n=1, cutoff=0.8):
         return ''  # Python's own text suggests the name that was meant
-    return f"this {cls.__name__} has no '{name}' yet: write 'self.{name} = …' in {cls.__name__}.__init__()"
+    return (
+        f"this {cls.__name__} has no '{name}' yet: write 'self.{name} = …' in {cls.__name__}.__init__(), "
+        f"or a method 'def {name}(self, …)'"
+    )
 
 
 def _say(sentence: str) -> Callable[[re.Match[str], FrameType], str]:

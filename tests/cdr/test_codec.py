@@ -86,6 +86,7 @@ def test_what_ros2_serialises_rightly_is_accepted(field: str, value: object, rea
         ('octet', 1, 'expected bytes of length 1, got int 1'),
         ('octet', bytearray(b'a'), "expected bytes of length 1, got bytearray bytearray(b'a')"),
         ('small', 2.0, 'expected int, got float 2.0 (write 2)'),
+        ('small', 3.99, 'expected int, got float 3.99 (write int(…))'),
         ('small', '1', "expected int, got str '1' (write 1)"),
         ('d', 1, 'expected float, got int 1 (write 1.0)'),
         ('d', True, 'expected float, got bool True (write float(…))'),

@@ -145,8 +145,10 @@ def _where_set(path: str, written: str) -> str:
 
 def _as_number(value: object, kind: type[int | float]) -> str:
     """Return advice such as ' (write 5)' for a text or a float that `kind` can convert; '' for any other
-    value.
+    value. A float with decimals was probably computed, so 'int(…)' is the advice.
     """
+    if kind is int and isinstance(value, float) and not value.is_integer():
+        return ' (write int(…))' if math.isfinite(value) else ''
     try:
         number = kind(value) if isinstance(value, str) else int(value) if isinstance(value, float) else None
     except (ValueError, OverflowError):
