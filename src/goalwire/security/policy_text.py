@@ -35,7 +35,7 @@ introspect = ["/**"]
 
 [roles.operator]
 run = ["/**"]
-serve = ["/_ros2cli*/**"]
+serve = ["/_ros2cli*/**", "/_goalwire_doctor*/**"]
 publish = ["/cmd_vel"]
 subscribe = ["/**"]
 call = ["/**"]

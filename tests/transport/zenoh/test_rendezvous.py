@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 import zenoh
@@ -23,6 +24,7 @@ from helpers.wire import SeenGraph, Side
 
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
+from goalwire.security.keystore import Keystore
 from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, rendezvous, threads
 from goalwire.transport.zenoh.embedded_router import PORT_IS_TAKEN
@@ -320,6 +322,36 @@ def test_a_holder_is_told_by_its_answer(port: int, world: dict[str, str]) -> Non
 
 def test_a_router_is_told_by_its_answer(port: int, plain_router: zenoh.Session) -> None:
     assert rendezvous.look(port) is Holder.ZENOH
+
+
+@pytest.fixture
+def secured(world: dict[str, str], tmp_path: Path) -> dict[str, str]:
+    """The environment of a program with security."""
+    keystore = Keystore.create(tmp_path / 'keys')
+    keystore.add('robby', 'robot', ())
+    return world | {'GOALWIRE_SECURITY': f'{keystore.path}:robby'}
+
+
+def test_a_program_without_security_is_told_to_have_it_too(
+    secured: dict[str, str], world: dict[str, str], port: int
+) -> None:
+    """It was told to end the program with security, since that one hangs up at a greeting without TLS."""
+    with Program(OPEN, 'secured', env=secured) as holder:
+        holder.expect('open')
+        wait_for(lambda: answers(port))
+        assert rendezvous.look(port) is Holder.TLS
+        with Program(OPEN, 'plain', env=world) as plain:
+            plain.expect('which speaks TLS, while this .* export GOALWIRE_SECURITY=KEYSTORE:NAME')
+            plain.expect('open')
+
+
+def test_a_program_with_security_is_told_of_a_holder_without(
+    secured: dict[str, str], port: int, open_side: OpenSide
+) -> None:
+    open_side('plain')
+    with Program(OPEN, 'secured', env=secured) as program:
+        program.expect(f'port {port} is held by .* which has no security: set GOALWIRE_SECURITY for it, too')
+        program.expect('open')
 
 
 def test_a_rendezvous_answers_as_a_router(port: int, open_side: OpenSide) -> None:

@@ -39,6 +39,19 @@ PATIENCE_S = 2.0
 _INIT = bytes.fromhex('1900c109f1') + os.urandom(15) + b'\x01' + bytes.fromhex('0ac8ff812701')
 """The first batch of a Zenoh connection: its length, INIT of a peer with an id of 16 bytes, sizes, offers."""
 
+_CLIENT_HELLO = bytes.fromhex(
+    '1603010058 01000054 0303'  # a record of a handshake, a ClientHello, TLS 1.2 as TLS 1.3 writes it
+    f'{os.urandom(32).hex()} 00 000a 1301 1302 1303 c02b c02f 0100'  # five ciphers, no compression
+    '0021 002b0005 0403040303'  # 33 bytes of extensions: TLS 1.3 or 1.2
+    '000a0006 0004001d0017'  # the groups X25519 and P-256
+    '000d0004 00020403'  # ECDSA on P-256
+    '00330002 0000'  # no key yet: the server asks for one
+)
+"""The beginning of a TLS connection. It is written out, since `ssl` imports `socket`: see `is_taken`."""
+
+_TLS_ANSWERS = {bytes((kind, 3, minor)) for kind in (0x15, 0x16) for minor in (1, 2, 3)}
+"""How an alert and a handshake of TLS begin."""
+
 _ID = 0x1F
 _INIT_ID, _CLOSE_ID = 0x01, 0x03
 _LISTENS = '0A'
@@ -52,10 +65,24 @@ class Holder(Enum):
     ZENOH = 'speaks Zenoh'
     MUTE = 'accepts connections and says nothing'
     STRANGER = 'does not speak Zenoh'
+    TLS = 'speaks TLS, while this program has no security'
 
 
 def look(port: int, patience: float = PATIENCE_S) -> Holder:
-    """Greet the program that listens on a TCP port of this machine, as a Zenoh session does."""
+    """Greet the program that listens on a TCP port of this machine, as a Zenoh session does.
+
+    A router with TLS hangs up at that greeting, so a program that does gets a greeting of TLS, too.
+    """
+    answer = _greet(port, _INIT, patience)
+    if isinstance(answer, Holder):
+        return answer
+    if answer and answer[-1] & _ID in {_INIT_ID, _CLOSE_ID}:
+        return Holder.ZENOH
+    return Holder.TLS if _greet(port, _CLIENT_HELLO, patience) in _TLS_ANSWERS else Holder.STRANGER
+
+
+def _greet(port: int, greeting: bytes, patience: float) -> bytes | Holder:
+    """Return the first three bytes of the answer, b'' if there are fewer, or the kind of the mute program."""
     import _socket  # as in `is_taken`: `socket` must not be imported while Ctrl-C ends the program
 
     class Greeter(_socket.socket):
@@ -67,23 +94,23 @@ def look(port: int, patience: float = PATIENCE_S) -> Holder:
     try:
         greeter.settimeout(patience)
         greeter.connect(('127.0.0.1', port))
-        greeter.send(_INIT, NO_SIGPIPE)
+        greeter.send(greeting, NO_SIGPIPE)
         answer, end = b'', monotonic() + patience
         while len(answer) < 3:
             greeter.settimeout(max(end - monotonic(), 0.001))
             piece = greeter.recv(3 - len(answer))
             if not piece:
-                return Holder.STRANGER
+                return b''
             answer += piece
     except TimeoutError:
         return Holder.MUTE
     except ConnectionRefusedError:
         return Holder.NOBODY
     except OSError:  # the other side hung up
-        return Holder.STRANGER
+        return b''
     finally:
         greeter.close()
-    return Holder.ZENOH if answer[2] & _ID in {_INIT_ID, _CLOSE_ID} else Holder.STRANGER
+    return answer
 
 
 def name_of_holder(port: int) -> str:

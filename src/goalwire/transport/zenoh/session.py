@@ -221,8 +221,8 @@ class ZenohNode(OpenNode):
         self._context.own.pop(text, None)
 
 
-NO_ROUTER = (Holder.MUTE, Holder.STRANGER)
-"""The kinds of programs on the port that are not a router."""
+NO_ROUTER = (Holder.MUTE, Holder.STRANGER, Holder.TLS)
+"""The kinds of programs on the port that are not a router for sessions without security."""
 
 GREETING_MS = 1000
 """How long a session waits for an answer on the port, if another program than a router held the port."""
@@ -281,9 +281,11 @@ def _greet_holder(plan: Plan) -> Holder:
     plan.session.set('transport/unicast/open_timeout', GREETING_MS)
     from goalwire.logging import get_logger  # imported here: needed only for a warning
 
+    advice = 'if that is a program of yours, export GOALWIRE_SECURITY=KEYSTORE:NAME for this one, too'
     get_logger(LOGGER).warning(
         f'port {plan.local} is held by {name_of_holder(plan.local)}, which {found.value}, so this program '
-        f'finds no others: end that program, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
+        f'finds no others: {advice if found is Holder.TLS else "end that program"}, or set '
+        'GOALWIRE_ROUTER_PORT to a free port for all programs'
     )
     return found
 
@@ -321,6 +323,11 @@ def _look_for_router(wire: Wire, plan: Plan, found: Holder) -> None:
 
     if plan.local is not None and loopback.is_loopback_down():
         advice = loopback.ADVICE
+    elif is_asked_for() and plan.local is not None and look(plan.local) is Holder.ZENOH:
+        advice = (
+            f'port {plan.local} is held by {name_of_holder(plan.local)}, which has no security: set '
+            'GOALWIRE_SECURITY for it, too, or GOALWIRE_ROUTER_PORT to a free port for those with security'
+        )
     elif not offers:
         advice = f'{environment.START_ROUTER}, or set GOALWIRE_ROUTER=on to have it embedded'
     else:

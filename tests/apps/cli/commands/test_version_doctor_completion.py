@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 from helpers.command_line import CommandLine, executable
+from helpers.isolation import isolated_env
 from helpers.processes import Program
 
 import goalwire
 from goalwire.apps.cli.commands.doctor import noun as doctor
 from goalwire.apps.cli.framework.output import Output
 from goalwire.errors import TransportError
+from goalwire.security.keystore import Keystore
 from goalwire.transport import registry
 
 PROGRAMS = Path(__file__).parents[1] / 'programs'
@@ -78,6 +80,23 @@ def test_doctor_says_what_to_do_where_a_port_is_held(world: dict[str, str]) -> N
     assert f'FAIL port {port}: ' in ended.out
     assert ended.err.splitlines()[-1].startswith(f'ros2: not well: port {port}')
     assert 'set GOALWIRE_ROUTER_PORT to a free port' in ended.err.splitlines()[-1]
+
+
+@pytest.mark.slow
+def test_doctor_looks_at_a_secured_programs_port_with_and_without_security(tmp_path: Path) -> None:
+    world = isolated_env('rmw_zenoh_cpp')
+    keystore = Keystore.create(tmp_path / 'keys')
+    keystore.add('robby', 'robot', ())
+    keystore.add('alice', 'person', ('operator',))
+    port = world['GOALWIRE_ROUTER_PORT']
+    secured = world | {'GOALWIRE_SECURITY': f'{keystore.path}:robby'}
+    with Program(PROGRAMS / 'lamp.py', env=secured) as robot:
+        robot.expect('^ready$')
+        without = CommandLine(world)('doctor', '--report-failed', '--no-self-test')
+        ours = CommandLine(world).ok('doctor', GOALWIRE_SECURITY=f'{keystore.path}:alice')
+    assert f'FAIL port {port}: ' in without.out
+    assert 'next: export GOALWIRE_SECURITY=KEYSTORE:NAME' in without.err.splitlines()[-1]
+    assert f'port {port}: a Zenoh router with TLS answers' in ours
 
 
 @pytest.mark.parametrize(

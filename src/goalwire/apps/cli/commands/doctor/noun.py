@@ -81,7 +81,14 @@ def _port() -> Check | None:
         offered = 'the first program offers the rendezvous'
         here = f'doctor does so itself while it looks (process {os.getpid()})'
         return Check(name, True, f'free: {offered}; {here}')
-    advice = f'end {name_of_holder(port)}, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
+    if found is Holder.TLS and is_asked_for():
+        return Check(name, True, f'a Zenoh router with TLS answers: {name_of_holder(port)}')
+    first = (
+        'export GOALWIRE_SECURITY=KEYSTORE:NAME, if that is a program of yours'
+        if found is Holder.TLS
+        else f'end {name_of_holder(port)}'
+    )
+    advice = f'{first}, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
     return Check(name, False, f'{name_of_holder(port)} {found.value}', advice)
 
 
