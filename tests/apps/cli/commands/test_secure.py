@@ -28,7 +28,7 @@ def test_an_identity_is_made_carried_and_revoked(line: CommandLine, tmp_path: Pa
     line.ok('secure', 'add', 'alice', '--person', '--role', 'operator', '-k', 'keys')
     assert line.ok('secure', 'export', 'robby', '-k', 'keys').startswith('robby.identity holds the key')
     taken = line.ok('secure', 'import', 'robby.identity', 'there')
-    assert taken == 'robby is in there; next: export GOALWIRE_SECURITY=there:robby\n'
+    assert taken == f'robby is in there; next: export GOALWIRE_SECURITY={tmp_path}/there:robby\n'
     assert line.ok('secure', 'check', GOALWIRE_SECURITY='there:robby') == 'there: nothing is wrong\n'
     line.ok('secure', 'revoke', 'alice', '-k', 'keys')
     shown = [json.loads(each) for each in line.ok('secure', 'list', '--json', '-k', 'keys').splitlines()]

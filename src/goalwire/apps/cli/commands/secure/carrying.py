@@ -84,9 +84,11 @@ def take_identity(arguments: Namespace, output: Output) -> None:
     from goalwire.security.bundle import import_identity
 
     name = import_identity(arguments.folder, arguments.file)
+    # With the whole path, so that the variable also holds in programs that start in another folder.
+    whole = arguments.folder.absolute()
     output.show(
         {'name': name, 'keystore': str(arguments.folder)},
-        f'{name} is in {arguments.folder}; next: export GOALWIRE_SECURITY={arguments.folder}:{name}',
+        f'{name} is in {arguments.folder}; next: export GOALWIRE_SECURITY={whole}:{name}',
     )
 
 
