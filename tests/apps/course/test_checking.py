@@ -306,7 +306,7 @@ MISTAKES = {
         Mistake('once', 'ATTEMPTS = 4', 'ATTEMPTS = 1', 'the exit code is 1'),
         Mistake('five times', 'ATTEMPTS = 4', 'ATTEMPTS = 5', '5 requests came instead of 4'),
         Mistake('the same pause', '                pause *= 2\n', '', 'after one another'),
-        Mistake('no pause', 'time.sleep(pause)', 'time.sleep(0.0)', 'no pause between attempts'),
+        Mistake('no pause', 'time.sleep(pause)', 'time.sleep(0.0)', 'after one another'),
         Mistake('always 0', 'sys.exit(1)', 'sys.exit(0)', 'and the exit code is 0'),
         Mistake(
             'asks on',
