@@ -104,9 +104,19 @@ def test_the_working_directory_is_searched_downwards(tmp_path: Path) -> None:
 
 def test_a_second_package_of_one_name_below_the_working_directory_is_warned_about(tmp_path: Path) -> None:
     write_package(tmp_path / 'here' / 'a', 'twin_msgs', FOO)
-    write_package(tmp_path / 'here' / 'b', 'twin_msgs', FOO)
+    write_package(tmp_path / 'here' / 'b', 'twin_msgs', {'msg/Foo.msg': 'int32 y\n'})
     with pytest.warns(RuntimeWarning, match='second package named twin_msgs'):
         assert found_in('twin_msgs') == tmp_path / 'here' / 'a'
+
+
+def test_a_copy_of_a_package_below_the_working_directory_is_not_warned_about(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    """Each exercise of the course has a copy of humanoid_interfaces."""
+    write_package(tmp_path / 'here' / 'exercise_1', 'twin_msgs', FOO)
+    write_package(tmp_path / 'here' / 'exercise_2', 'twin_msgs', FOO)
+    assert found_in('twin_msgs') == tmp_path / 'here' / 'exercise_1'
+    assert not recwarn.list
 
 
 def run_program(program: Path, cwd: Path, *options: str) -> str:

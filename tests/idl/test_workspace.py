@@ -72,7 +72,7 @@ def test_a_broken_package_xml_is_remarked_with_its_file(tmp_path: Path, manifest
 
 def test_of_two_packages_of_one_name_the_nearer_is_used_and_the_other_remarked(tmp_path: Path) -> None:
     far = write_package(tmp_path / 'a/b', 'twin_msgs', FOO)
-    near = write_package(tmp_path / 'z', 'twin_msgs', FOO)
+    near = write_package(tmp_path / 'z', 'twin_msgs', {'msg/Other.msg': 'int32 y\n'})
     found = workspace.scan(str(tmp_path))
     assert found.packages == {'twin_msgs': str(near)}
     assert str(far) in found.remarks[0]
