@@ -58,8 +58,7 @@ class ActionsView(View):
         self._build_lanes()
         with ui.element('div').classes('gw-side'):
             with ui.element('div').classes('gw-card flush'):
-                with ui.element('div').classes('gw-head'):
-                    head('Actions', 'flag')
+                head('Actions', 'flag')
                 self._table = LiveTable(
                     [
                         {'name': 'name', 'label': 'Name', 'mono': True, 'wrap': True},
@@ -78,8 +77,7 @@ class ActionsView(View):
 
     def _build_lanes(self) -> None:
         with ui.element('div').classes('gw-card'):
-            with ui.element('div').classes('gw-head'):
-                head('Goals', 'view_timeline')
+            with head('Goals', 'view_timeline'):
                 self._count = ui.label('').classes('gw-dim gw-small')
                 ui.element('div').classes('gw-spread')
                 for status in ('EXECUTING', 'SUCCEEDED', 'CANCELED', 'ABORTED'):
@@ -172,8 +170,7 @@ class ActionsView(View):
     def _draw_goal(self, goal: Goal) -> None:
         self._goal_card.clear()
         with self._goal_card:
-            with ui.element('div').classes('gw-head'):
-                head('Goal')
+            with head('Goal'):
                 ui.label(goal.goal_id[:8]).classes('gw-mono gw-dim').props('data-goal-id').tooltip(
                     goal.goal_id
                 )

@@ -34,8 +34,7 @@ class BalanceCard:
         self._balance = Balance(page.session.node, page.session.topics)
         self._watch: RobotWatch | None = None
         with ui.element('div').classes('gw-card').props('data-balance') as self._card:
-            with ui.element('div').classes('gw-head'):
-                head('Balance', 'accessibility_new')
+            with head('Balance', 'accessibility_new'):
                 ui.element('div').classes('gw-spread')
                 self._state = ui.label('').classes('gw-chip').props('data-balance-state')
             self._get_up = ui.button('Get up', icon='upload', on_click=self._put_up)

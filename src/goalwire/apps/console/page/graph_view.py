@@ -54,8 +54,7 @@ class GraphViewPage(View):
 
     def build(self) -> None:
         with ui.element('div').classes('gw-card flush').props('data-problems') as self._problem_card:
-            with ui.element('div').classes('gw-head'):
-                head('What does not go together', 'error_outline')
+            head('What does not go together', 'error_outline')
             self._problems = LiveTable(
                 [
                     {'name': 'name', 'label': 'Name', 'mono': True},
@@ -64,8 +63,7 @@ class GraphViewPage(View):
                 empty='',
             )
         with ui.element('div').classes('gw-card'):
-            with ui.element('div').classes('gw-head'):
-                head('Nodes and topics', 'hub')
+            with head('Nodes and topics', 'hub'):
                 ui.element('div').classes('gw-spread')
                 ui.switch('Parameters, logs and hidden nodes', on_change=self._set_hidden).props(
                     'dense size=sm'
@@ -76,8 +74,7 @@ class GraphViewPage(View):
             self._chart.style('height: 400px; width: 100%').props('data-chart')
             self._too_many = ui.label('').classes('gw-empty')
         with ui.element('div').classes('gw-card flush'):
-            with ui.element('div').classes('gw-head'):
-                head('Endpoints', 'cable')
+            with head('Endpoints', 'cable'):
                 ui.element('div').classes('gw-spread')
                 self._search = (
                     ui.input(placeholder='Filter', on_change=self._set_filter)

@@ -33,8 +33,7 @@ class JointSliders:
         self._held = ''
         self._shown: dict[str, float] = {}
         self._ways: dict[str, tuple[str, str]] = {}
-        with ui.element('div').classes('gw-head'):
-            head('Joints', 'device_hub')
+        head('Joints', 'device_hub')
         self._way = ui.select({'': 'Only look'}, value='', label='Sliders move joints through').props(
             'outlined dense options-dense data-joint-way'
         )

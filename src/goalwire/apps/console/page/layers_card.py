@@ -34,8 +34,7 @@ class LayersCard:
         self._sent: dict[str, object] = {}
         self._placed: dict[str, object] = {}
         with ui.element('div').classes('gw-card').props('data-layers') as self._card:
-            with ui.element('div').classes('gw-head'):
-                head('Layers', 'layers')
+            head('Layers', 'layers')
             self._rows = ui.element('div').classes('gw-stack').style('gap: 4px')
         self._card.set_visibility(False)
 

@@ -42,8 +42,7 @@ class LogsView(View):
 
     def build(self) -> None:
         with ui.element('div').classes('gw-card flush gw-fill'):
-            with ui.element('div').classes('gw-head'):
-                head('Logs', 'subject')
+            with head('Logs', 'subject'):
                 self._count = ui.label('').classes('gw-dim gw-small')
                 ui.element('div').classes('gw-spread')
                 options = {

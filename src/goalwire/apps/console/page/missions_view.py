@@ -66,8 +66,7 @@ class MissionsView(View):
         self._trouble = ui.label('').classes('gw-problem').props('data-mission-problem')
         self._questions = ui.element('div').props('data-questions')
         with ui.element('div').classes('gw-card'):
-            with ui.element('div').classes('gw-head'):
-                head('Missions and goals', 'view_timeline')
+            with head('Missions and goals', 'view_timeline'):
                 ui.label(str(self._journal.path)).classes('gw-dim gw-small gw-mono')
             with ui.element('div').style('max-height: 45vh; overflow: auto; width: 100%'):
                 self._lanes = SwimLanes()
@@ -117,8 +116,7 @@ class MissionsView(View):
         with self._questions:
             for row in waiting:
                 with ui.element('div').classes('gw-card').props(f'data-question="{row.id}"'):
-                    with ui.element('div').classes('gw-head'):
-                        head(f'{row.name} waits for you', 'front_hand')
+                    with head(f'{row.name} waits for you', 'front_hand'):
                         ui.label(row.id).classes('gw-mono gw-dim')
                         ui.label(str(row.state)).classes('gw-chip warn')
                     ui.label(row.why).style('overflow-wrap: anywhere')

@@ -38,8 +38,7 @@ class ParametersView(View):
     def build(self) -> None:
         with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
             with ui.element('div').classes('gw-card flush'):
-                with ui.element('div').classes('gw-head'):
-                    head('Nodes', 'memory')
+                head('Nodes', 'memory')
                 self._table = LiveTable(
                     [{'name': 'name', 'label': 'Node', 'mono': True, 'wrap': True}],
                     empty='No node with parameters yet.',

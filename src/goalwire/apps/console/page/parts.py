@@ -125,11 +125,13 @@ def lane_groups(shown: Iterable[Goal], now: float, margin: float) -> list[dict[s
     return [groups[name] for name in sorted(groups)]
 
 
-def head(title: str, icon: str = '') -> None:
-    """Write a card's title."""
-    if icon:
-        ui.icon(icon, size='18px').classes('gw-dim')
-    ui.label(title).classes('gw-title')
+def head(title: str, icon: str = '') -> ui.element:
+    """Write a card's head with its title; what else belongs into the head is written `with head(…):`."""
+    with ui.element('div').classes('gw-head') as made:
+        if icon:
+            ui.icon(icon, size='18px').classes('gw-dim')
+        ui.label(title).classes('gw-title')
+    return made
 
 
 def forbid(button: ui.button, reason: str) -> None:

@@ -33,8 +33,7 @@ class RecordView(View):
 
     def build(self) -> None:
         with ui.element('div').classes('gw-card'):
-            with ui.element('div').classes('gw-head'):
-                head('Record', 'fiber_manual_record')
+            with head('Record', 'fiber_manual_record'):
                 self._state = ui.label('').classes('gw-chip').props('data-record-state')
                 ui.element('div').classes('gw-spread')
                 self._start = ui.button('Record', icon='fiber_manual_record', on_click=self._begin).props(

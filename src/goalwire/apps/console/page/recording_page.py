@@ -137,16 +137,14 @@ class RecordingPage:
                 self._build_topics()
         self._plots = RecordingPlots(self._recording, self._pacer.refresh_soon)
         with ui.element('div').classes('gw-card flush').props('data-log'):
-            with ui.element('div').classes('gw-head'):
-                head('Logs', 'subject')
+            with head('Logs', 'subject'):
                 ui.label('up to this time').classes('gw-dim gw-small')
             with ui.element('div').style('max-height: 40vh; overflow: auto; width: 100%'):
                 self._lines = LiveTable(COLUMNS, empty='No line was recorded by then.')
 
     def _build_topics(self) -> None:
         with ui.element('div').classes('gw-card flush').style('max-height: 300px'):
-            with ui.element('div').classes('gw-head'):
-                head('Topics', 'podcasts')
+            head('Topics', 'podcasts')
             self._table = LiveTable(
                 [
                     {'name': 'name', 'label': 'Topic', 'mono': True, 'clip': True},

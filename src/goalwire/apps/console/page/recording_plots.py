@@ -27,8 +27,7 @@ class RecordingPlots:
         self._sent: object = None
         self._cursor_sent = -1
         with ui.element('div').classes('gw-card').props('data-plots'):
-            with ui.element('div').classes('gw-head'):
-                head('Plot', 'show_chart')
+            with head('Plot', 'show_chart'):
                 self._names = ui.element('div').classes('gw-actions')
             self._chart = ui.echart(self._options(dark=False)).style('width: 100%; height: 230px')
             self._chart.props('data-plot')

@@ -102,8 +102,7 @@ class RobotView(View):
 
     def _build_state(self) -> None:
         with ui.element('div').classes('gw-card'):
-            with ui.element('div').classes('gw-head'):
-                head('Robot', 'smart_toy')
+            with head('Robot', 'smart_toy'):
                 ui.element('div').classes('gw-spread')
                 self._fresh = ui.label('').classes('gw-chip').props('data-fresh')
             self._about = ui.label('').classes('gw-small gw-dim')

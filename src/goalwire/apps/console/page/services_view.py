@@ -48,8 +48,7 @@ class ServicesView(View):
     def build(self) -> None:
         with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
             with ui.element('div').classes('gw-card flush'):
-                with ui.element('div').classes('gw-head'):
-                    head('Services', 'settings_remote')
+                with head('Services', 'settings_remote'):
                     ui.element('div').classes('gw-spread')
                     ui.switch('Parameters', on_change=self._set_all).props('dense size=sm').classes(
                         'gw-small'
@@ -129,13 +128,12 @@ class ServicesView(View):
             self._answer_card = ui.element('div').classes('gw-card').props('data-answer')
             with ui.element('div').classes('gw-two'):
                 with ui.element('div').classes('gw-card'):
-                    self._latency_head = ui.element('div').classes('gw-head')
+                    self._latency_head = ui.element('div')
                     self._chart = ui.echart(histogram_options([], dark=self.page.is_dark)).style(
                         'height: 170px; width: 100%'
                     )
                 with ui.element('div').classes('gw-card flush'):
-                    with ui.element('div').classes('gw-head'):
-                        head('History', 'history')
+                    head('History', 'history')
                     self._form.history(self._show)
             self._build_events()
         self._show(self._form.sent[-1] if self._form.sent else None)
@@ -143,8 +141,7 @@ class ServicesView(View):
 
     def _build_events(self) -> None:
         with ui.element('div').classes('gw-card flush').props('data-events') as self._event_card:
-            with ui.element('div').classes('gw-head'):
-                head('Calls of everybody', 'sensors')
+            with head('Calls of everybody', 'sensors'):
                 ui.label('from service introspection').classes('gw-dim gw-small')
             self._event_table = LiveTable(
                 [
@@ -210,8 +207,7 @@ class ServicesView(View):
         self._answer_card.set_visibility(sent is not None)
         if sent is not None:
             with self._answer_card:
-                with ui.element('div').classes('gw-head'):
-                    head('Response', 'subdirectory_arrow_right')
+                with head('Response', 'subdirectory_arrow_right'):
                     ui.label(duration(sent.seconds)).classes('gw-chip')
                     success = (sent.answer or {}).get('success')
                     if isinstance(success, bool):
@@ -229,8 +225,7 @@ class ServicesView(View):
         assert self._form is not None
         latencies = self.session.sender.latencies.get(self._form.target.name)
         self._latency_head.clear()
-        with self._latency_head:
-            head('Latency', 'timer')
+        with self._latency_head, head('Latency', 'timer'):
             ui.element('div').classes('gw-spread')
             if latencies is not None:
                 for share in (0.5, 0.95, 0.99):

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from nicegui import ui
 
 from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import View, duration
+
+_QUANTILES = ('p50', 'p99')
+_SUBSCRIPTION = ('received', 'taken', 'waiting', 'dropped', 'rejected')
+_CLIENT = ('sent', 'answered', 'unanswered', 'given up', 'in flight', *_QUANTILES)
+_PUBLISHER = ('published', 'dropped')
+_SERVICE = ('received', 'answered', 'failed', 'rejected', *_QUANTILES)
+"""The columns of each table: the names of the counts, with spaces, and of the latency's quantiles."""
 
 
 class StatisticsView(View):
@@ -20,30 +28,18 @@ class StatisticsView(View):
 
     def build(self) -> None:
         with ui.element('div').classes('gw-card'):
-            with ui.element('div').classes('gw-head'):
-                head(f'What {self.node.name} has counted', 'query_stats')
+            head(f'What {self.node.name} has counted', 'query_stats')
             ui.label(
                 "The library's own statistics of this console's node: what it received, sent and lost."
             ).classes('gw-dim gw-small')
-        self._subscriptions = self._card(
-            'Subscriptions',
-            ['received', 'taken', 'waiting', 'dropped', 'rejected'],
-            'Nothing is subscribed to.',
-        )
-        self._clients = self._card(
-            'Clients',
-            ['sent', 'answered', 'unanswered', 'given up', 'in flight', 'p50', 'p99'],
-            'Nothing was called yet.',
-        )
-        self._publishers = self._card('Publishers', ['published', 'dropped'], 'Nothing is published.')
-        self._services = self._card(
-            'Services', ['received', 'answered', 'failed', 'rejected', 'p50', 'p99'], 'No services.'
-        )
+        self._subscriptions = self._card('Subscriptions', _SUBSCRIPTION, 'Nothing is subscribed to.')
+        self._clients = self._card('Clients', _CLIENT, 'Nothing was called yet.')
+        self._publishers = self._card('Publishers', _PUBLISHER, 'Nothing is published.')
+        self._services = self._card('Services', _SERVICE, 'No services.')
 
-    def _card(self, title: str, columns: list[str], empty: str) -> LiveTable:
+    def _card(self, title: str, columns: Sequence[str], empty: str) -> LiveTable:
         with ui.element('div').classes('gw-card flush'):
-            with ui.element('div').classes('gw-head'):
-                head(title)
+            head(title)
             return LiveTable(
                 [
                     {'name': 'name', 'label': 'Name', 'mono': True},
@@ -54,49 +50,21 @@ class StatisticsView(View):
 
     def refresh(self) -> None:
         counted = self.node.statistics()
-        self._subscriptions.put(
-            [
-                _row(at, each.name, each.received, each.taken, each.waiting, each.dropped, each.rejected)
-                for at, each in enumerate(counted.subscriptions)
-            ]
-        )
-        self._clients.put(
-            [
-                _row(
-                    at,
-                    each.name,
-                    each.sent,
-                    each.answered,
-                    each.unanswered,
-                    each.given_up,
-                    each.in_flight,
-                    *_quantiles(each.latency),
-                )
-                for at, each in enumerate(counted.clients)
-            ]
-        )
-        self._publishers.put(
-            [_row(at, each.name, each.published, each.dropped) for at, each in enumerate(counted.publishers)]
-        )
-        self._services.put(
-            [
-                _row(
-                    at,
-                    each.name,
-                    each.received,
-                    each.answered,
-                    each.failed,
-                    each.rejected,
-                    *_quantiles(each.latency),
-                )
-                for at, each in enumerate(counted.services)
-            ]
-        )
+        for table, entities, names in (
+            (self._subscriptions, counted.subscriptions, _SUBSCRIPTION),
+            (self._clients, counted.clients, _CLIENT),
+            (self._publishers, counted.publishers, _PUBLISHER),
+            (self._services, counted.services, _SERVICE),
+        ):
+            table.put([_row(at, each, names) for at, each in enumerate(entities)])
 
 
-def _quantiles(latency: Any) -> list[str]:
-    return [duration(latency.p50), duration(latency.p99)] if latency.count else ['', '']
+def _row(at: int, counted: Any, names: Sequence[str]) -> dict[str, Any]:
+    cells = [_cell(counted, name) for name in names]
+    return {'key': f'{at} {counted.name}', 'cells': [counted.name, *cells]}
 
 
-def _row(at: int, name: str, *cells: Any) -> dict[str, Any]:
-    return {'key': f'{at} {name}', 'cells': [name, *cells]}
+def _cell(counted: Any, name: str) -> Any:
+    if name in _QUANTILES:
+        return duration(getattr(counted.latency, name)) if counted.latency.count else ''
+    return getattr(counted, name.replace(' ', '_'))

@@ -58,8 +58,7 @@ class TopicsView(View):
         self.session.topics.start_measuring()
         with ui.element('div').classes('gw-two'):
             with ui.element('div').classes('gw-card flush').style('max-height: 47vh'):
-                with ui.element('div').classes('gw-head'):
-                    head('Topics', 'podcasts')
+                with head('Topics', 'podcasts'):
                     ui.element('div').classes('gw-spread')
                     ui.input(placeholder='Filter', on_change=self._set_filter).props(
                         'outlined dense clearable data-filter'
@@ -81,8 +80,7 @@ class TopicsView(View):
 
     def _build_plot(self) -> None:
         with ui.element('div').classes('gw-card gw-fill').style('min-height: 300px'):
-            with ui.element('div').classes('gw-head'):
-                head('Plot', 'show_chart')
+            with head('Plot', 'show_chart'):
                 self._names = ui.element('div').classes('gw-actions')
                 ui.element('div').classes('gw-spread')
                 ui.select(_SPANS, value=self._span, on_change=self._set_span).props(

@@ -8,7 +8,7 @@ NOUN = Noun(
     'bag',
     'Various rosbag related commands',
     (
-        Verb('burst', 'Burst data from a bag', *lazy('bag.burst'), has_json=False),
+        Verb('burst', 'Burst data from a bag', *lazy('bag.play', 'burst'), has_json=False),
         Verb(
             'check',
             'Read every byte of a bag, and say what is wrong with it',
@@ -27,8 +27,12 @@ NOUN = Noun(
             *lazy('bag.export'),
             has_json=False,
         ),
-        Verb('info', 'Print information about a bag to the screen', *lazy('bag.info')),
-        Verb('list', 'Print information about available plugins to the screen', *lazy('bag.list')),
+        Verb('info', 'Print information about a bag to the screen', *lazy('bag.looking', 'show_info')),
+        Verb(
+            'list',
+            'Print information about available plugins to the screen',
+            *lazy('bag.looking', 'list_plugins'),
+        ),
         Verb('play', 'Play back ROS data from a bag', *lazy('bag.play'), has_json=False),
         Verb('record', 'Record ROS data to a bag', *lazy('bag.record'), has_json=False),
         Verb(

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
     from goalwire.rosbag2.reader import Reader
 
+
 NODE_NAME = 'rosbag2_player'
 CLOCK_HZ = 40.0
 _FASTER = 1.1
@@ -62,20 +63,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     until.add_argument(
         '--playback-until-nsec', metavar='NS', type=int, default=-1, help='The same in nanoseconds'
     )
-    clock = parser.add_mutually_exclusive_group()
-    clock.add_argument(
-        '--clock',
-        metavar='HZ',
-        type=positive,
-        nargs='?',
-        const=CLOCK_HZ,
-        default=0.0,
-        help=f'Publish the time of the bag on /clock (default: {CLOCK_HZ:g} times a second)',
-    )
-    clock.add_argument(
-        '--clock-topics', metavar='TOPIC', nargs='+', default=[], help='… before messages of these topics'
-    )
-    clock.add_argument('--clock-topics-all', action='store_true', help='… before every message')
+    _add_clock(parser)
     parser.add_argument('-p', '--start-paused', action='store_true', help='Begin paused')
     parser.add_argument(
         '--wait-for-all-acked',
@@ -100,6 +88,23 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     add_live_arguments(parser)
     parser.add_argument('--disable-loan-message', action='store_true', help='Accepted as in ROS 2')
+
+
+def _add_clock(parser: ArgumentParser) -> None:
+    clock = parser.add_mutually_exclusive_group()
+    clock.add_argument(
+        '--clock',
+        metavar='HZ',
+        type=positive,
+        nargs='?',
+        const=CLOCK_HZ,
+        default=0.0,
+        help=f'Publish the time of the bag on /clock (default: {CLOCK_HZ:g} times a second)',
+    )
+    clock.add_argument(
+        '--clock-topics', metavar='TOPIC', nargs='+', default=[], help='… before messages of these topics'
+    )
+    clock.add_argument('--clock-topics-all', action='store_true', help='… before every message')
 
 
 def add_choice(parser: ArgumentParser) -> None:
@@ -249,3 +254,43 @@ async def _show(player: Player, output: Output) -> None:
         state = 'paused' if player.paused else f'x{player.rate:.2g}'
         output.rewrite(f'{bar:30} {passed / 1e9:.1f} of {length_ns / 1e9:.1f} s, {state}')
         await asyncio.sleep(_PROGRESS_S)
+
+
+def add_burst_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `bag burst`."""
+    bag_argument(parser)
+    add_choice(parser)
+    parser.add_argument(
+        '-n',
+        '--num-messages',
+        metavar='N',
+        type=length,
+        default=0,
+        help='Publish N messages, then pause (0: all)',
+    )
+
+
+def burst(arguments: Namespace, _output: Output) -> Outcome:
+    """Publish the burst; then the services of the player's node control the playing, until Ctrl-C."""
+    from goalwire.apps.bag.player import Player
+    from goalwire.apps.bag.player_services import offer_services
+    from goalwire.apps.cli.framework.live import live
+
+    options = PlayOptions(
+        selection=selection(arguments),
+        start_offset=arguments.start_offset,
+        remaps=tuple(arguments.remap),
+        qos=overrides(arguments.qos_profile_overrides_path),
+        paused=True,
+    )
+    with open_bag(arguments) as bag:
+
+        async def run_player(node: goalwire.Node) -> None:
+            player = Player(node, bag, options)
+            offer_services(player)
+            player.step(arguments.num_messages or bag.facts.count)
+            tell(f"bursting '{bag.path}'; Ctrl-C ends it")
+            await player.play()
+            tell(f'{player.published:,} messages were published')
+
+        return live(run_player, NODE_NAME)

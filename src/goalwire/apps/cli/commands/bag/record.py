@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, _ArgumentGroup
 from contextlib import suppress
 from datetime import datetime
 from time import monotonic
@@ -82,6 +82,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     group.add_argument('--use-sim-time', action='store_true', help='Give messages the time of /clock')
     group.add_argument('--node-name', default=NODE_NAME, help=f'Name of the node (default: {NODE_NAME})')
+    _add_snapshots(group)
+
+
+def _add_snapshots(group: _ArgumentGroup) -> None:
     group.add_argument(
         '--snapshot-mode',
         action='store_true',

@@ -67,7 +67,9 @@ NOUN = Noun(
             *lazy('secure.identities', 'revoke'),
         ),
         Verb(
-            'token', 'Make a token with which a name signs in at a console or bridge', *lazy('secure.token')
+            'token',
+            'Make a token with which a name signs in at a console or bridge',
+            *lazy('secure.identities', 'give_token'),
         ),
     ),
 )

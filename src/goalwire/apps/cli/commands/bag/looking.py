@@ -1,4 +1,4 @@
-"""ros2 bag info: the content of a bag."""
+"""ros2 bag info and list: what a bag contains, and which formats there are."""
 
 from __future__ import annotations
 
@@ -12,13 +12,23 @@ from goalwire.apps.bag.selection import service_of
 from goalwire.apps.cli.commands.bag.choosing import bag_argument, open_bag
 from goalwire.apps.cli.framework.output import tell
 from goalwire.observe.sizes import size_text
+from goalwire.rosbag2.model import SUFFIXES
 
 if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Json, Output
     from goalwire.rosbag2.model import Topic
     from goalwire.rosbag2.reader import Reader
 
+
 _S = 1_000_000_000
+_STORAGES = {name: f'Files that end with {suffix}' for suffix, name in SUFFIXES.items()}
+_ZSTD = {'zstd': 'Files that are compressed when they are closed, or messages one by one'}
+PLUGINS = {
+    'storage': _STORAGES,
+    'converter': {'cdr': 'The only serialization format'},
+    'compressor': _ZSTD,
+    'decompressor': _ZSTD,
+}
 _SORTED_BY: dict[str, Callable[[tuple[Topic, int]], tuple[object, ...]]] = {
     'name': lambda row: (row[0].name,),
     'type': lambda row: (row[0].type_name, row[0].name),
@@ -26,7 +36,7 @@ _SORTED_BY: dict[str, Callable[[tuple[Topic, int]], tuple[object, ...]]] = {
 }
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_show_info_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `bag info`."""
     bag_argument(parser)
     parser.add_argument('-t', '--topic-name', action='store_true', help='Only display topic names')
@@ -36,7 +46,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--sort', choices=list(_SORTED_BY), default='name', help='What topics are sorted by')
 
 
-def run(arguments: Namespace, output: Output) -> None:
+def show_info(arguments: Namespace, output: Output) -> None:
     """Print facts about the bag."""
     with open_bag(arguments) as bag:
         rows = sorted(
@@ -141,3 +151,23 @@ def _as_json(bag: Reader, rows: list[tuple[Topic, int]]) -> Json:
         'custom_data': dict(facts.custom_data),
         'problems': bag.problems,
     }
+
+
+def add_list_plugins_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `bag list`."""
+    parser.add_argument('plugin_type', choices=list(PLUGINS), help='Which plugins to list')
+    parser.add_argument('-v', '--verbose', action='store_true', help='Describe each plugin, too')
+
+
+def list_plugins(arguments: Namespace, output: Output) -> None:
+    """Print the names of the plugins."""
+    if arguments.verbose and not output.json:
+        output.line(f'available {arguments.plugin_type} plugins are:')
+    for name, text in PLUGINS[arguments.plugin_type].items():
+        if output.json:
+            output.data({'name': name, 'description': text})
+        elif arguments.verbose:
+            output.line(f'name: {name}')
+            output.line(f'\t{text}')
+        else:
+            output.line(name)
