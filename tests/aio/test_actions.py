@@ -78,7 +78,7 @@ async def arena(handler: Counter | None = None) -> AsyncIterator[tuple[Client, C
     async with goalwire.Node('caller') as caller, goalwire.Node('server') as server:
         server.action_server(Fibonacci, 'count', counter, accept=lambda goal: goal.order < 1000)
         client = caller.action(Fibonacci, 'count')
-        await client.wait_for_server(timeout=5.0)
+        await client.wait_for_server(timeout=PATIENCE)
         yield client, counter, server
 
 
@@ -86,13 +86,13 @@ async def arena(handler: Counter | None = None) -> AsyncIterator[tuple[Client, C
 def test_a_goal_gives_feedback_and_its_result(isolated: dict[str, str], loop: str) -> None:
     async def scenario() -> None:
         async with arena() as (client, _, _):
-            async with client.send(order=3, timeout=5.0) as run_:
+            async with client.send(order=3, timeout=PATIENCE) as run_:
                 heard = [list(feedback.sequence) async for feedback in run_.feedback]
                 assert heard == [[0], [1], [2]]
                 for _ in range(2):
                     assert list((await run_.result).sequence) == [3]
                 assert run_.status is GoalStatus.SUCCEEDED
-            assert list((await client.call(Fibonacci.Goal(order=1), timeout=5.0)).sequence) == [1]
+            assert list((await client.call(Fibonacci.Goal(order=1), timeout=PATIENCE)).sequence) == [1]
 
     run(scenario(), loop)
 
@@ -130,7 +130,7 @@ def test_who_iterates_over_the_feedback_hears_all_of_it_before_the_result(play: 
         async with arena() as (client, _, _):
             for _ in range(20):
                 order: list[object] = []
-                async with client.send(order=5, timeout=5.0) as run_:
+                async with client.send(order=5, timeout=PATIENCE) as run_:
 
                     async def listen(run_: Sent = run_, order: list[object] = order) -> None:
                         order += [feedback.sequence[0] async for feedback in run_.feedback]
@@ -156,13 +156,13 @@ def test_an_aborted_goal_raises_with_its_result_and_a_failing_handler_aborts(pla
             with pytest.raises(
                 GoalAborted, match=r"action '/count' of node '/server': the goal was aborted"
             ) as e:
-                await client.call(order=-1, timeout=5.0)
+                await client.call(order=-1, timeout=PATIENCE)
             assert list(e.value.result.sequence) == [-1]
             server.action_server(Fibonacci, 'fails', fail)
             server.action_server(Fibonacci, 'wrong', _nothing)  # type: ignore[arg-type]
             for name in ('fails', 'wrong'):
                 with pytest.raises(GoalAborted) as e:
-                    await server.action(Fibonacci, name).call(timeout=5.0)
+                    await server.action(Fibonacci, name).call(timeout=PATIENCE)
                 assert list(e.value.result.sequence) == []
 
     with add_sink(lambda record: records(record.message)):
@@ -184,11 +184,11 @@ def test_a_plain_client_reads_the_result_of_an_aborted_goal(play: Play) -> None:
     async def scenario() -> None:
         async with arena() as (_, _, server), goalwire.Node('asker') as asker:
             server.action_server(Fibonacci, 'fails', fail)
-            async with asker.action(Fibonacci, 'fails').send(timeout=5.0) as run_:
+            async with asker.action(Fibonacci, 'fails').send(timeout=PATIENCE) as run_:
                 with pytest.raises(GoalAborted, match="KeyError: 'joint'"):
                     await run_.result
             plain = asker.client(Fibonacci.Impl.GetResultService, 'fails/_action/get_result')
-            answer = await plain.call(goal_id=UUID(uuid=list(run_.goal_id)), timeout=5.0)
+            answer = await plain.call(goal_id=UUID(uuid=list(run_.goal_id)), timeout=PATIENCE)
             assert (answer.status, list(answer.result.sequence)) == (GoalStatus.ABORTED, [])
 
     play(scenario)
@@ -209,15 +209,15 @@ def test_a_goal_that_is_not_accepted_is_refused_on_entering(play: Play) -> None:
 
         async with arena() as (client, counter, server):
             with pytest.raises(GoalRefused, match="'/count' of node '/server': the server refused the goal"):
-                await client.send(order=1000, timeout=5.0).__aenter__()
+                await client.send(order=1000, timeout=PATIENCE).__aenter__()
             server.action_server(Fibonacci, 'judged', counter, accept=judge)
             judged = server.action(Fibonacci, 'judged')
-            assert list((await judged.call(order=6, timeout=5.0)).sequence) == [6]
+            assert list((await judged.call(order=6, timeout=PATIENCE)).sequence) == [6]
             with pytest.raises(GoalRefused):
-                await judged.call(order=7, timeout=5.0)
+                await judged.call(order=7, timeout=PATIENCE)
             server.action_server(Fibonacci, 'unjudged', counter, accept=fail)
             with pytest.raises(GoalRefused):
-                await server.action(Fibonacci, 'unjudged').call(timeout=5.0)
+                await server.action(Fibonacci, 'unjudged').call(timeout=PATIENCE)
 
     play(scenario)
 
@@ -228,7 +228,7 @@ def test_leaving_the_block_cancels_the_goal_and_waits_for_its_end(
 ) -> None:
     async def scenario() -> None:
         async with arena() as (client, counter, _):
-            async with client.send(order=0, timeout=5.0) as run_:
+            async with client.send(order=0, timeout=PATIENCE) as run_:
                 await counter.began.wait()
             assert counter.ended == ['cancelled']
             assert run_.status is GoalStatus.CANCELED
@@ -268,14 +268,14 @@ def test_a_goal_is_cancelled_from_within_and_its_handler_may_send_a_last_result(
         began = asyncio.Event()
         async with goalwire.Node('node') as node:
             node.action_server(Fibonacci, 'count', tidy)
-            async with node.action(Fibonacci, 'count').send(timeout=5.0) as run_:
+            async with node.action(Fibonacci, 'count').send(timeout=PATIENCE) as run_:
                 await began.wait()
-                assert await run_.cancel(timeout=5.0)
+                assert await run_.cancel(timeout=PATIENCE)
                 assert [feedback async for feedback in run_.feedback] == []
                 with pytest.raises(GoalCanceled, match='the goal was cancelled') as e:
                     await run_.result
                 assert list(e.value.result.sequence) == [1, 2]
-                assert not await run_.cancel(timeout=5.0)
+                assert not await run_.cancel(timeout=PATIENCE)
 
     play(scenario)
 
@@ -333,7 +333,7 @@ def test_a_server_that_goes_away_loses_the_goal_at_once(play: Play) -> None:
         async with goalwire.Node('caller') as caller:
             serving = asyncio.create_task(serve())
             start = time.monotonic()
-            async with caller.action(Fibonacci, 'count').send(order=0, timeout=9.0) as run_:
+            async with caller.action(Fibonacci, 'count').send(order=0, timeout=PATIENCE) as run_:
                 await counter.began.wait()
                 gone.set()
                 assert [feedback async for feedback in run_.feedback] == []
@@ -352,14 +352,14 @@ def test_closing_ends_what_runs(play: Play) -> None:
         async with goalwire.Node('node') as node, goalwire.Node('other') as other:
             server = node.action_server(Fibonacci, 'count', counter)
             client = other.action(Fibonacci, 'count')
-            async with client.send(order=0, timeout=5.0) as run_:
+            async with client.send(order=0, timeout=PATIENCE) as run_:
                 await counter.began.wait()
                 server.close()
                 server.close()
                 with pytest.raises(GoalAborted):
                     await run_.result
             node.action_server(Fibonacci, 'count', counter)
-            async with client.send(order=0, timeout=5.0) as run_:
+            async with client.send(order=0, timeout=PATIENCE) as run_:
                 client.close()
                 with pytest.raises(InvalidHandle):
                     await run_.result
@@ -409,7 +409,7 @@ def test_a_goal_that_does_not_end_when_it_is_cancelled_is_waited_for_as_long_as_
         began, done = asyncio.Event(), asyncio.Event()
         async with goalwire.Node('node') as node:
             node.action_server(Fibonacci, 'count', stubborn)
-            async with node.action(Fibonacci, 'count').send(timeout=5.0, grace=0.05):
+            async with node.action(Fibonacci, 'count').send(timeout=PATIENCE, grace=0.05):
                 await began.wait()
             done.set()
 
@@ -435,7 +435,7 @@ def test_the_late_failure_of_a_goal_that_was_left_is_no_surprise(
         async with goalwire.Node('node') as node:
             node.action_server(Fibonacci, 'count', stubborn)
             client = node.action(Fibonacci, 'count')
-            async with client.send(timeout=5.0, grace=0.01):
+            async with client.send(timeout=PATIENCE, grace=0.01):
                 await began.wait()
             client.close()
             gc.collect()
@@ -482,12 +482,15 @@ def test_a_goal_of_a_server_that_cancels_none_goes_on(play: Play) -> None:
     done = threading.Event()
 
     def execute(goal: ServerGoalHandle) -> Fibonacci.Result:
-        assert done.wait(10)
+        assert done.wait(PATIENCE)
         goal.succeed()
         return Fibonacci.Result()
 
     async def scenario() -> None:
-        async with goalwire.Node('caller') as caller, caller.action(Fibonacci, 'stubborn').send(timeout=5.0):
+        async with (
+            goalwire.Node('caller') as caller,
+            caller.action(Fibonacci, 'stubborn').send(timeout=PATIENCE),
+        ):
             pass
         done.set()
 
@@ -514,7 +517,7 @@ def test_a_run_is_entered_once_and_asked_in_its_block(play: Play) -> None:
                 with pytest.raises(ClosedError, match='entered before'):
                     await run_.__aenter__()
             with pytest.raises(TypeError, match='expected'):
-                await client.call(Fibonacci.Result(), timeout=5.0)  # type: ignore[arg-type]
+                await client.call(Fibonacci.Result(), timeout=PATIENCE)  # type: ignore[arg-type]
 
     play(scenario)
 
@@ -531,7 +534,7 @@ def test_a_goal_that_was_not_sent_is_warned_of(play: Play) -> None:
 def test_many_goals_run_beside_each_other(play: Play) -> None:
     async def scenario() -> None:
         async with arena() as (client, _, _), asyncio.TaskGroup() as group:
-            tasks = [group.create_task(client.call(order=order, timeout=5.0)) for order in range(1, 20)]
+            tasks = [group.create_task(client.call(order=order, timeout=PATIENCE)) for order in range(1, 20)]
         assert [list(task.result().sequence) for task in tasks] == [[order] for order in range(1, 20)]
 
     play(scenario)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from helpers.fresh import output_of
 from helpers.loops import LOOPS, Play, run, turns
+from helpers.patience import PATIENCE
 from helpers.spinning import Spinner
 from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
@@ -153,7 +154,7 @@ def test_leaving_the_block_cancels_handlers_and_waits_for_their_cleaning_up(
         async with goalwire.Node('hand') as hand:
             async with goalwire.Node('lamp') as lamp:
                 lamp.service(Trigger, 'hang', hang)
-                calling = asyncio.create_task(hand.client(Trigger, 'hang').call(timeout=5.0))
+                calling = asyncio.create_task(hand.client(Trigger, 'hang').call(timeout=PATIENCE))
                 await began.wait()
             assert ended == ['handler']
             with pytest.raises((goalwire.ServerFailedError, goalwire.ServerLostError)):
@@ -208,7 +209,7 @@ def test_a_web_server_in_the_same_loop_calls_a_service_for_each_request(play: Pl
     async def scenario() -> None:
         async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
             wanted = (await reader.readline()).startswith(b'GET /on ')
-            response = await client.call(data=wanted, timeout=5.0)
+            response = await client.call(data=wanted, timeout=PATIENCE)
             writer.write(f'HTTP/1.0 200 OK\r\n\r\n{response.success}'.encode())
             writer.close()
             await writer.wait_closed()
@@ -233,7 +234,7 @@ def test_a_web_server_in_the_same_loop_calls_a_service_for_each_request(play: Pl
 def test_both_fronts_talk_in_one_process(play: Play, context: Context) -> None:
     async def scenario() -> None:
         async with goalwire.Node('async') as node:
-            response = await node.client(SetBool, 'switch').call(data=True, timeout=5.0)
+            response = await node.client(SetBool, 'switch').call(data=True, timeout=PATIENCE)
             assert response.message == 'from a thread'
 
     def switch(_: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -256,10 +257,10 @@ def test_its_standing_services_answer(play: Play) -> None:
             asked.parameters.declare('speed', 3)
             asked.publisher(String, 'chat')
             get = asking.client(GetParameters, '/asked/get_parameters')
-            (value,) = (await get.call(names=['speed'], timeout=5.0)).values
+            (value,) = (await get.call(names=['speed'], timeout=PATIENCE)).values
             assert value.integer_value == 3
             describe = asking.client(GetTypeDescription, '/asked/get_type_description')
-            answer = await describe.call(type_name='x', type_hash=type_hash(String), timeout=5.0)
+            answer = await describe.call(type_name='x', type_hash=type_hash(String), timeout=PATIENCE)
             assert answer.successful
 
     play(scenario)

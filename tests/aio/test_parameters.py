@@ -6,6 +6,7 @@ import asyncio
 
 import pytest
 from helpers.loops import Play
+from helpers.patience import PATIENCE
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 
@@ -69,7 +70,7 @@ def test_a_check_refuses_values_whoever_sets_them(play: Play) -> None:
             parameters.declare('wheels', 0)
             value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=-2.0)
             client = other.client(SetParameters, '/node/set_parameters')
-            response = await client.call(parameters=[Parameter(name='speed', value=value)], timeout=5.0)
+            response = await client.call(parameters=[Parameter(name='speed', value=value)], timeout=PATIENCE)
             assert [(result.successful, result.reason) for result in response.results] == [
                 (False, 'must be above 0')
             ]

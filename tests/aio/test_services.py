@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable
 import pytest
 from helpers.collector import Collector
 from helpers.loops import Play, turns
+from helpers.patience import PATIENCE
 from std_srvs.srv import SetBool, Trigger
 
 import goalwire
@@ -44,7 +45,7 @@ def test_a_call_is_answered(
         async with goalwire.Node('lamp') as lamp, goalwire.Node('hand') as hand:
             lamp.service(SetBool, 'switch', handler)
             client = hand.client(SetBool, 'switch')
-            assert (await client.call(data=True, timeout=5.0)).success
+            assert (await client.call(data=True, timeout=PATIENCE)).success
             response = await client.call(SetBool.Request(data=False))
             assert (response.success, response.message) == (False, 'switched')
 
@@ -54,7 +55,7 @@ def test_a_call_is_answered(
 def test_a_call_waits_for_a_server_that_comes_later(play: Play) -> None:
     async def scenario() -> None:
         async with goalwire.Node('hand') as hand:
-            calling = asyncio.create_task(hand.client(SetBool, 'switch').call(data=True, timeout=5.0))
+            calling = asyncio.create_task(hand.client(SetBool, 'switch').call(data=True, timeout=PATIENCE))
             await turns()  # it has found no server
             async with goalwire.Node('lamp') as lamp:
                 lamp.service(SetBool, 'switch', switch)
@@ -67,7 +68,7 @@ def test_a_server_in_another_namespace_is_named(play: Play) -> None:
     async def scenario() -> None:
         async with goalwire.Node('lamp') as lamp, goalwire.Node('hand', namespace='/left') as hand:
             lamp.service(SetBool, 'switch', switch)
-            await hand.client(SetBool, '/switch').wait_for_server(timeout=5.0)
+            await hand.client(SetBool, '/switch').wait_for_server(timeout=PATIENCE)
             client = hand.client(SetBool, 'switch')
             for ask in (client.call(timeout=0.03), client.wait_for_server(timeout=0.03)):
                 with pytest.raises(NoServerError, match=r"did you mean '/switch' of the node '/lamp'\?$"):
@@ -104,7 +105,7 @@ def test_a_slow_server_is_told_from_none(play: Play) -> None:
 
             lamp.service(Trigger, 'hang', never)
             client = hand.client(Trigger, 'hang')
-            await client.wait_for_server(timeout=5.0)
+            await client.wait_for_server(timeout=PATIENCE)
             with pytest.raises(
                 DeadlineError, match="service '/hang' of node '/lamp': no answer came in time"
             ) as e:
@@ -135,7 +136,7 @@ def test_a_server_that_goes_away_fails_the_calls_that_wait_at_once(play: Play) -
 
         async with goalwire.Node('hand') as hand:
             serving = asyncio.create_task(serve())
-            calling = asyncio.create_task(hand.client(Trigger, 'hang').call(timeout=9.0))
+            calling = asyncio.create_task(hand.client(Trigger, 'hang').call(timeout=PATIENCE))
             await began.wait()
             gone.set()
             with pytest.raises(
@@ -168,8 +169,8 @@ def test_a_handler_that_fails_is_logged_and_told_and_the_node_goes_on(play: Play
             later = node.client(SetBool, 'later')
             for client in (later, node.client(SetBool, 'at_once'), node.client(SetBool, 'wrong')):
                 with pytest.raises(ServerFailedError, match='its callback failed'):
-                    await client.call(data=True, timeout=5.0)
-            assert not (await later.call(data=False, timeout=5.0)).success
+                    await client.call(data=True, timeout=PATIENCE)
+            assert not (await later.call(data=False, timeout=PATIENCE)).success
 
     with add_sink(lambda record: records(record.message)):
         play(scenario)
@@ -198,10 +199,10 @@ def test_requests_are_handled_beside_each_other_unless_told_otherwise(
         async with goalwire.Node('node') as node:
             node.service(SetBool, 'switch', handle, concurrent=concurrent)
             client = node.client(SetBool, 'switch')
-            await client.wait_for_server(timeout=5.0)
+            await client.wait_for_server(timeout=PATIENCE)
             async with asyncio.TaskGroup() as group:
                 for _ in range(3):
-                    group.create_task(client.call(data=True, timeout=5.0))
+                    group.create_task(client.call(data=True, timeout=PATIENCE))
             assert max(seen) == most
 
     play(scenario)

@@ -7,6 +7,7 @@ import asyncio
 import pytest
 from helpers.collector import Collector
 from helpers.loops import Play
+from helpers.patience import PATIENCE
 from std_msgs.msg import Int64, String
 
 import goalwire
@@ -21,7 +22,7 @@ def test_messages_come_in_order(play: Play) -> None:
         async with goalwire.Node('talker') as talker, goalwire.Node('listener') as listener:
             numbers = listener.subscription(Int64, 'count', qos=100)
             publisher = talker.publisher(Int64, 'count', qos=100)
-            await publisher.wait_for_subscribers(timeout=5.0)
+            await publisher.wait_for_subscribers(timeout=PATIENCE)
             assert (publisher.subscribers(), publisher.name) == (1, '/count')
             for number in range(50):
                 publisher.publish(data=number)
@@ -38,7 +39,7 @@ def test_a_raw_subscription_gives_the_bytes(play: Play) -> None:
         async with goalwire.Node('talker') as talker, goalwire.Node('listener') as listener:
             texts = listener.subscription(String, 'text', raw=True)
             publisher = talker.publisher(String, 'text')
-            await publisher.wait_for_subscribers(timeout=5.0)
+            await publisher.wait_for_subscribers(timeout=PATIENCE)
             publisher.publish(data='abc')
             payload = await anext(texts)
             assert payload[:4] == b'\x00\x01\x00\x00'
@@ -53,8 +54,8 @@ def test_a_slow_reader_gets_the_latest_and_a_count_of_what_was_dropped(play: Pla
             numbers = node.subscription(Int64, 'count', qos=3)
             end = node.subscription(Int64, 'end')
             publisher, last = node.publisher(Int64, 'count'), node.publisher(Int64, 'end')
-            await publisher.wait_for_subscribers(timeout=5.0)
-            await last.wait_for_subscribers(timeout=5.0)
+            await publisher.wait_for_subscribers(timeout=PATIENCE)
+            await last.wait_for_subscribers(timeout=PATIENCE)
             for number in range(10):
                 publisher.publish(data=number)
             last.publish()
@@ -70,7 +71,7 @@ def test_closing_a_subscription_ends_its_loop_after_what_waited(play: Play) -> N
         async with goalwire.Node('node') as node:
             publisher = node.publisher(String, 'chat')
             with node.subscription(String, 'chat') as chat:
-                await publisher.wait_for_subscribers(timeout=5.0)
+                await publisher.wait_for_subscribers(timeout=PATIENCE)
                 publisher.publish(data='last')
                 message = await anext(chat)
             assert [message.data async for message in chat] == []
@@ -108,7 +109,7 @@ def test_what_cannot_be_published_is_refused(play: Play) -> None:
             with pytest.raises(DeadlineError, match="topic '/count': too few subscribers came; waited"):
                 await publisher.wait_for_subscribers(timeout=0.01)
             subscription = node.subscription(Int64, 'count')
-            await subscription.wait_for_publishers(timeout=5.0)
+            await subscription.wait_for_publishers(timeout=PATIENCE)
             with pytest.raises(DeadlineError, match="topic '/count': too few publishers came; waited"):
                 await subscription.wait_for_publishers(2, timeout=0.01)
             publisher.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 import pytest
+from helpers.patience import PATIENCE
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 
@@ -41,13 +42,13 @@ def test_a_thread_that_finds_another_delivering_leaves_its_item_and_goes_on() ->
     def deliver(item: str) -> None:
         delivered.append((item, threading.current_thread().name))
         inside.set()
-        assert release.wait(10)
+        assert release.wait(PATIENCE)
 
     dispatcher = OrderedDispatcher(deliver)
     dispatcher.post('first')
     other = threading.Thread(target=dispatcher.drain, name='other')
     other.start()
-    assert inside.wait(10)
+    assert inside.wait(PATIENCE)
     dispatcher.post('second')
     dispatcher.drain()  # returns at once, although the first is still being delivered
     assert delivered == [('first', 'other')]

@@ -9,6 +9,7 @@ from weakref import ref
 import pytest
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import result_of
 from std_srvs.srv import Trigger
 
@@ -148,7 +149,7 @@ class SlowReply(ClientPort):
         sample = Sample(TRIGGER.encode_response(Trigger.Response()), 1, 0, 0, bytes(16))
         self.thread = threading.Thread(target=on_reply, args=(sample,))
         self.thread.start()
-        assert self.arriving.wait(10)
+        assert self.arriving.wait(PATIENCE)
         return 1
 
     def cancel(self, sequence: int) -> None:
@@ -168,7 +169,7 @@ def test_a_reply_that_overtakes_its_sequence_number_is_not_reported_as_missing(
         def pop(self, *args: Any) -> Any:
             if threading.current_thread() is port.thread:
                 port.arriving.set()  # the reply has found nothing here, and stops before it completes
-                assert port.go_on.wait(10)
+                assert port.go_on.wait(PATIENCE)
                 return None
             return super().pop(*args)
 
@@ -179,7 +180,7 @@ def test_a_reply_that_overtakes_its_sequence_number_is_not_reported_as_missing(
     future = client.call_async(Trigger.Request())
     port.go_on.set()
     assert future.wait(STEADY.now() + 10**10)
-    port.thread.join(10)
+    port.thread.join(PATIENCE)
     assert client.unanswered == 0
     assert client.pending == {}
 

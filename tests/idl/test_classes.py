@@ -509,14 +509,14 @@ def test_many_threads_get_the_same_class() -> None:
     found: list[type] = []
 
     def build() -> None:
-        start.wait(10)
+        start.wait(PATIENCE)
         found.append(message_class(f'{package}/msg/Foo'))
 
     threads = [threading.Thread(target=build) for _ in range(8)]
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(10)
+        thread.join(PATIENCE)
     assert len(found) == 8
     assert len(set(found)) == 1
 

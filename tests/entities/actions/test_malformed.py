@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import result_of
 
 from goalwire.entities.actions.client import ActionClientCore
@@ -86,7 +87,7 @@ def test_a_server_gives_up_requests_that_are_none(
     )
     port, ended = node.port.client(endpoint), threading.Event()
     port.request(payload, lambda _: pytest.fail('answered'), lambda _: ended.set())
-    assert ended.wait(10)
+    assert ended.wait(PATIENCE)
     assert sum(part.rejected for part in server._endpoints.servers) == 1
     assert run_a_goal(client) == [3]
     port.close()
@@ -101,7 +102,7 @@ def test_a_server_gives_up_a_goal_whose_fields_are_cut_off(
     )
     port, ended = node.port.client(endpoint), threading.Event()
     port.request(wire.wrap(b'\x01' * 16, b'\x00\x01\x00\x00\x05\x00'), lambda _: None, lambda _: ended.set())
-    assert ended.wait(10)
+    assert ended.wait(PATIENCE)
     assert server.reactor.statistics().deciding == 0
     assert run_a_goal(client) == [3]
     port.close()

@@ -11,6 +11,7 @@ import rclpy
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
 from helpers.loops import run
+from helpers.patience import PATIENCE
 from helpers.spinning import Spinner, result_of, wait_until
 from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.action import ActionClient, ActionServer, CancelResponse
@@ -77,11 +78,11 @@ def test_the_asyncio_server_serves_and_cancels_goals(isolated: dict[str, str]) -
         async with goalwire.Node('late') as node:
             server = node.action_server(Fibonacci, 'count', count)
             client = node.action(Fibonacci, 'count')
-            async with client.send(order=1, timeout=10.0) as goal:
+            async with client.send(order=1, timeout=PATIENCE) as goal:
                 assert list((await goal.result).sequence) == [3]
-            async with client.send(order=0, timeout=10.0):
+            async with client.send(order=0, timeout=PATIENCE):
                 await begun.wait()
-            async with client.send(order=1, timeout=10.0) as goal:
+            async with client.send(order=1, timeout=PATIENCE) as goal:
                 await goal.result
             goals = server.statistics().goals
             assert (goals.accepted, goals.active, goals.canceled) == (3, 0, 1)
@@ -106,7 +107,7 @@ def test_rosout_parameter_events_and_service_events_are_published(node: Node) ->
     node.get_logger().info('late')
     client = node.create_client(Trigger, 'go')
     assert client.wait_for_service(10)
-    assert client.call(Trigger.Request(), timeout_sec=10) is not None
+    assert client.call(Trigger.Request(), timeout_sec=PATIENCE) is not None
     for stamp in (
         logs.expect()[0].stamp,
         events.wait_for(lambda seen: any(event.changed_parameters for event in seen))[-1].stamp,

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import rclpy
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode, Spin, Spinner, wait_until
 from helpers.wires import DDS
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
@@ -416,7 +417,7 @@ def test_a_program_may_wait_for_events_itself(node: Node, other: Node, context: 
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(watching)
         while not came.items:
-            executor.spin_once(timeout_sec=10)
+            executor.spin_once(timeout_sec=PATIENCE)
     assert came.items == [QoSPublisherMatchedInfo(1, 1, 1, 1)]
     assert handler.get_num_entities().num_events == 1
     assert handler.take_data() is None

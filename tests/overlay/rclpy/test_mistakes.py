@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import rclpy
 from example_interfaces.action import Fibonacci
+from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode
 from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient, ActionServer
@@ -209,7 +210,7 @@ def test_a_refused_set_is_told_to_the_line_that_asked_and_to_no_other(
     client = node.create_client(SetParameters, f'{node.get_name()}/set_parameters')
     refused = Parameter('speed', value='fast')
     asked = client.call_async(SetParameters.Request(parameters=[refused.to_parameter_msg()]))
-    executor.spin_until_future_complete(asked, timeout_sec=10)
+    executor.spin_until_future_complete(asked, timeout_sec=PATIENCE)
     assert not asked.result().results[0].successful
     answers = node.set_parameters([refused])
     assert not answers[0].successful

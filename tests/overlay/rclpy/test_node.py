@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import pytest
 from example_interfaces.srv import AddTwoInts
+from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode
 from helpers.standing import own
 from rclpy.action import ActionServer
@@ -517,7 +518,7 @@ def test_a_program_may_use_the_names_it_likes(context: Context) -> None:
     assert arm.set_parameters([Parameter('speed', value=2)])[0].successful
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(arm)
-        executor.spin_once(timeout_sec=10)
+        executor.spin_once(timeout_sec=PATIENCE)
     assert arm.offers == 1
     assert (arm.work_queue, arm.core, arm._count, arm._group, arm._graph) == ('h', 'c', 'n', 'g', 'w')
     arm.destroy_node()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from example_interfaces.srv import AddTwoInts
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode, Spin, wait_until
 from rclpy.context import Context
 from rclpy.node import Node
@@ -96,5 +97,5 @@ def test_services_of_best_available_answer(node: Node, make_node: MakeNode, spin
     client = other.create_client(AddTwoInts, 'add', qos_profile=qos_profile_best_available)
     spin(node, other)
     assert client.wait_for_service(10)
-    assert client.call(AddTwoInts.Request(), timeout_sec=10) == AddTwoInts.Response()
+    assert client.call(AddTwoInts.Request(), timeout_sec=PATIENCE) == AddTwoInts.Response()
     assert service.qos_profile == qos_profile_best_available != qos_profile_services_default

@@ -196,7 +196,7 @@ def test_a_request_that_is_no_message_never_reaches_the_callback(make_node: Make
     )
     spin(node)
     port.request(b'\x00\x01\x00\x00rubbish', lambda _: pytest.fail('answered'), lambda _: ended.set())
-    assert ended.wait(10)
+    assert ended.wait(PATIENCE)
     assert result_of(client.call_async(Request(a=1))) == Response()
     assert asked.items == [Request(a=1)]
     assert server._server.rejected == 1
@@ -276,7 +276,7 @@ def test_ten_callbacks_wait_for_services_beside_each_other(make_node: MakeNode, 
     inner = node.create_client(AddTwoInts, 'add')
 
     def callback(request: Any, response: Any) -> Any:
-        together.wait(10)
+        together.wait(PATIENCE)
         return inner.call(request, 10)
 
     node.create_service(AddTwoInts, 'slow', callback, callback_group=group)

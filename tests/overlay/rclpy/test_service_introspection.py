@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from example_interfaces.srv import AddTwoInts
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.client import Client
 from rclpy.clock import Clock, ROSClock
@@ -105,7 +106,7 @@ def test_a_client_tells_of_its_request_before_the_response(world: World) -> None
 
 def test_a_blocking_call_is_introspected_too(world: World) -> None:
     world.introspect(METADATA, 2)
-    assert world.client.call(AddTwoInts.Request(a=1, b=1), timeout_sec=10.0) is not None
+    assert world.client.call(AddTwoInts.Request(a=1, b=1), timeout_sec=PATIENCE) is not None
     assert sorted(world.steps(4)) == [SENT, RECEIVED, ANSWERED, DONE]
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Transform, TransformStamped, Vector3
+from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode, Spin
 from rclpy.action import ActionServer
 from rclpy.action.server import ServerGoalHandle
@@ -60,7 +61,7 @@ class Server:
     def _execute(self, handle: ServerGoalHandle) -> LookupTransform.Result:
         goal, result = handle.request, LookupTransform.Result()
         self.goals.append(goal)
-        self.hold.wait(10)
+        self.hold.wait(PATIENCE)
         try:
             if goal.advanced:
                 result.transform = self.handle.lookup_transform_full_core(

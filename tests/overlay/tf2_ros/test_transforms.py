@@ -119,7 +119,7 @@ def test_a_waiting_lookup_is_woken_by_the_transform_that_completes_it() -> None:
     buffer = AskedBuffer()
 
     def tell() -> None:
-        buffer.asked.wait(10)
+        buffer.asked.wait(PATIENCE)
         buffer.set_transform(transform('base', 1.0), 'test')
         buffer.set_transform_static(transform('arm', 2.0, parent='base'), 'test')
 
@@ -156,9 +156,9 @@ def test_shutdown_ends_a_wait(context: Context, node: Node) -> None:
 
     waiter = threading.Thread(target=wait)
     waiter.start()
-    assert buffer.asked.wait(10)
+    assert buffer.asked.wait(PATIENCE)
     context.try_shutdown()
-    assert ended.wait(5)
+    assert ended.wait(PATIENCE)
     waiter.join()
 
 
@@ -292,7 +292,7 @@ def test_a_timeout_is_a_time_of_the_buffers_clock(node: Node) -> None:
 
     thread = threading.Thread(target=ask)
     thread.start()
-    assert buffer.asked.wait(10)
+    assert buffer.asked.wait(PATIENCE)
     clock.set_ros_time_override(Time(seconds=99))
     assert failed.items == []
     clock.set_ros_time_override(Time(seconds=200))
@@ -337,7 +337,7 @@ def test_a_callback_of_the_only_thread_waits_for_what_its_own_listener_hears(
     buffer.lookup_transform_core = asking  # type: ignore[method-assign]
 
     def send() -> None:
-        assert asked.wait(10)
+        assert asked.wait(PATIENCE)
         broadcaster.sendTransform(transform('base', 4.0))
         broadcaster.sendTransform(transform('arm', 0.5, parent='base'))
 

@@ -7,6 +7,7 @@ import threading
 
 import pytest
 import rclpy.lifecycle
+from helpers.patience import PATIENCE
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
 from rclpy.executors import SingleThreadedExecutor
@@ -239,13 +240,13 @@ def test_of_two_threads_that_ask_at_once_one_is_refused(context: Context) -> Non
     class Slow(LifecycleNode):
         def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
             inside.set()
-            assert go_on.wait(10)
+            assert go_on.wait(PATIENCE)
             return SUCCESS
 
     node = Slow('slow', context=context)
     first = threading.Thread(target=node.trigger_configure)
     first.start()
-    assert inside.wait(10)
+    assert inside.wait(PATIENCE)
     with pytest.raises(RCLError, match=r"A transition is under way \('configuring'\): wait for its end"):
         node.trigger_configure()
     go_on.set()
@@ -363,7 +364,7 @@ def test_a_publisher_is_silent_unless_its_node_is_active(context: Context) -> No
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(node)
         while 'the end' not in heard:
-            executor.spin_once(timeout_sec=10)
+            executor.spin_once(timeout_sec=PATIENCE)
     assert heard == ['before deactivate', 'before deactivate', 'the end']
 
 

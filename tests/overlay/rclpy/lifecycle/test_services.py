@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import Spinner, result_of
 from lifecycle_msgs.msg import Transition, TransitionEvent
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
@@ -198,7 +199,7 @@ def test_a_node_in_transition_tells_its_state_and_lets_no_other_begin(
     def ask(name: str, request: object = None) -> Any:
         client = peer.create_client(TYPES[name], f'/asked/{name}')
         assert client.wait_for_service(10)
-        return client.call(request or TYPES[name].Request(), timeout_sec=10)
+        return client.call(request or TYPES[name].Request(), timeout_sec=PATIENCE)
 
     spin(Asked(), threads=4)
     assert change(ask, label='configure')
