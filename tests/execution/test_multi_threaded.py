@@ -15,13 +15,15 @@ from goalwire.execution.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
+from goalwire.execution.drain_tracker import DrainTracker
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.multi_threaded import DrainTracker, MultiThreadedExecutor, WorkerPool
+from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.ready_queue import CallbackSource, ReadyQueue
 from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.worker_pool import WorkerPool
 
 COUNT = 20
 

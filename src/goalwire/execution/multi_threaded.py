@@ -5,15 +5,11 @@ from __future__ import annotations
 import os
 import threading
 import warnings
-from _thread import allocate_lock
 from typing import TYPE_CHECKING, Any
-from weakref import WeakSet
 
-from goalwire.concurrency.exits import Stage, at_exit
-from goalwire.concurrency.snapshots import copy_of
 from goalwire.errors import ExternalShutdownException
 from goalwire.execution.current import active_executors
-from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.drain_tracker import DrainTracker
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.monotonic import STEADY, deadline_after
 from goalwire.execution.ready_queue import ReadyQueue
@@ -24,224 +20,12 @@ from goalwire.execution.spinning import (
     stop_condition_of,
 )
 from goalwire.execution.waiting import StopCondition, Waiter, wake_all
+from goalwire.execution.worker_pool import WorkerPool
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from threading import Thread
-
     from goalwire.execution.future import Future
     from goalwire.execution.ready_queue import CallbackSource
     from goalwire.execution.waiting import ContextLike, WireWaiter
-
-
-class DrainTracker:
-    """The work that is ready when a spin's future is settled, and that the spin still waits for.
-
-    Each worker reports the begin and the end of its callbacks. `done` is called after the last callback.
-    Tasks and timers whose callbacks run already are not waited for, since such a callback may run for long.
-
-    Work goes from the ready queue to a worker in three steps: the worker enters `taking`, takes the work, and
-    enters itself with the work in `busy`. `gather` looks in the same order, so it misses no work.
-    """
-
-    def __init__(self, done: Callable[[], None]) -> None:
-        self.ended = 0
-        """The number of callbacks that have ended since the tracker was made."""
-        self._done = done
-        self._lock = allocate_lock()
-        self._events: dict[CallbackSource, int] = {}  # events whose callbacks have not begun
-        self._running: set[Thread] = set()
-        self._taking: set[Thread] = set()  # workers that may have taken work, which is not known yet
-
-    def gather(self, ready: ReadyQueue, pool: WorkerPool) -> None:
-        """Count the work in `ready`, the work of the workers of `pool`, and the work that waits for those
-        workers' groups.
-        """
-        with self._lock:
-            for source in copy_of(ready.items):
-                self._count(source)
-            self._taking |= pool.taking.copy()
-            for thread, source in pool.busy.copy().items():
-                if source.group is not None:
-                    for parked in source.group.parked:
-                        self._count(parked)
-                if isinstance(source, EventQueue):
-                    self._running.add(thread)
-                    self._count(source)
-
-    @property
-    def over(self) -> bool:
-        """True if all gathered work has been run."""
-        return not self._taking and not self._running and not self._events
-
-    def note_begin(self, thread: Thread, source: CallbackSource) -> None:
-        """Note that `thread` begins a callback of `source`."""
-        with self._lock:
-            if thread not in self._running:
-                if thread in self._taking and source not in self._events:
-                    self._count(source)  # taken out of the queue just before `gather` looked there
-                if source in self._events:
-                    self._running.add(thread)
-                    self._take_one(source)
-        self.note_taken(thread)  # called last, since `over` is read without the lock
-
-    def note_taken(self, thread: Thread) -> None:
-        """Note that `thread` has taken its work, or has found none."""
-        with self._lock:
-            if thread not in self._taking:
-                return
-            self._taking.discard(thread)
-            over = self.over
-        if over:
-            self._done()
-
-    def note_end(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
-        """Note that `thread` has finished with `source`. `performed` is False if the group was busy."""
-        with self._lock:
-            self.ended += 1
-            if thread not in self._running:
-                return
-            self._running.discard(thread)
-            if not performed:
-                self._events[source] = self._events.get(source, 0) + 1
-            elif not source.backlog:
-                self._events.pop(source, None)
-            over = self.over
-        if over:
-            self._done()
-
-    def _count(self, source: CallbackSource) -> None:
-        if source.backlog:
-            self._events[source] = source.backlog
-
-    def _take_one(self, source: CallbackSource) -> None:
-        left = self._events.pop(source) - 1
-        if left:
-            self._events[source] = left
-
-
-_EXIT_GRACE_NS = 1_000_000_000
-"""The time in ns for which the interpreter's exit waits for all threads in user code together."""
-_IDLE_GRACE = 1.0
-"""The time in s that `close` waits for each thread outside user code to end."""
-
-
-class WorkerPool:
-    """Up to `limit` threads. Each of them runs `serve` until that returns.
-
-    They are daemon threads, so a callback that blocks for ever does not keep the interpreter from ending.
-    `wake_all` wakes all sleeping threads, so that they see that they have to end.
-    """
-
-    __slots__ = (
-        '__weakref__',
-        '_lock',
-        '_serve',
-        '_threads',
-        '_wake_all',
-        'busy',
-        'closed',
-        'limit',
-        'serving',
-        'taking',
-    )
-
-    def __init__(self, limit: int, serve: Callable[[], None], wake_all: Callable[[], None]) -> None:
-        self.limit = limit
-        self.closed = False
-        self.busy: dict[threading.Thread, CallbackSource] = {}
-        """The workers in user code, each with its callback."""
-        self.taking: set[threading.Thread] = set()
-        """The workers that take work now. A worker leaves this set after it has entered `busy`."""
-        self._serve = serve
-        self._wake_all = wake_all
-        self._lock = threading.Lock()
-        self._threads: set[threading.Thread] = set()  # all workers, also those that are about to end
-        self.serving: set[threading.Thread] = set()
-        """The workers that count against `limit`."""
-        _pools.add(self)
-
-    def __len__(self) -> int:
-        return len(self.serving)
-
-    def start_worker(self) -> None:
-        """Start one more thread, unless there are enough."""
-        if len(self) >= self.limit:
-            return
-        with self._lock:
-            if self.closed or len(self) >= self.limit:
-                return
-            thread = threading.Thread(target=self._run, name='goalwire-callbacks', daemon=True)
-            self._threads.add(thread)
-            self.serving.add(thread)
-            thread.start()
-
-    def retire(self) -> bool:
-        """Tell whether there are too many workers, so that the calling worker has to end.
-
-        If so, the worker is not counted from here on. The lock sees to it that of several workers that ask at
-        once only the surplus ends.
-        """
-        with self._lock:
-            if len(self) <= self.limit:
-                return False
-            self.serving.discard(threading.current_thread())
-            return True
-
-    def dismiss(self) -> None:
-        """Have each thread end as soon as its callback has returned. Idempotent."""
-        with self._lock:
-            self.closed = True
-        self._wake_all()
-
-    def close(self) -> None:
-        """End all threads, and wait for those outside user code. Idempotent."""
-        self.dismiss()
-        for thread in tuple(self._threads):
-            if not thread.is_alive():
-                continue  # Ctrl-C may have kept it from starting, and join() would raise
-            if thread is not threading.current_thread() and thread not in self.busy:
-                thread.join(_IDLE_GRACE)
-
-    def reset_in_child(self) -> None:
-        """In a forked child, forget the threads: they are the parent's."""
-        self._lock = threading.Lock()
-        for threads in (self.busy, self.taking, self._threads, self.serving):
-            threads.clear()
-
-    def await_end(self, deadline: int | None) -> bool:
-        """Wait until all threads but the calling one have ended; False at `deadline` (steady ns)."""
-        for thread in tuple(self._threads):
-            if thread is not threading.current_thread() and thread.is_alive():
-                thread.join(None if deadline is None else max(deadline - STEADY.now(), 0) / 1e9)
-                if thread.is_alive():
-                    return False
-        return True
-
-    def _run(self) -> None:
-        try:
-            self._serve()
-        finally:
-            with self._lock:
-                self.serving.discard(threading.current_thread())
-            self.taking.discard(threading.current_thread())
-            self._threads.discard(threading.current_thread())
-
-
-_pools: WeakSet[WorkerPool] = WeakSet()
-
-
-def _close_all() -> None:
-    """End all threads at the interpreter's exit, before the libraries that they use are torn down."""
-    pools = tuple(_pools)
-    for pool in pools:
-        pool.dismiss()
-    deadline = STEADY.now() + _EXIT_GRACE_NS
-    for pool in pools:
-        pool.await_end(deadline)
-
-
-at_exit(Stage.THREADS, _close_all)
 
 
 _FEWEST_THREADS = 8
