@@ -254,6 +254,14 @@ class WireWaiter(Waiter):
             interrupt()
 
 
+class LockWaiter(WireWaiter):
+    """A waiter whose thread leaves the wire to others and sleeps on its lock. The shutdown wakes it, too."""
+
+    __slots__ = ()
+
+    wait = Waiter.wait
+
+
 class ShutdownWatch:
     """A registered listener of a shutdown signal."""
 
