@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sized
 from contextlib import suppress
 from importlib import import_module
 from threading import Event, Thread
 from time import perf_counter
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -36,6 +35,10 @@ _SPINS_ONCE = SPIN_ONCE in os.environ
 EXECUTOR = 'BENCHMARK_EXECUTOR'
 """Module and class of the executor that spins: `rclpy.experimental:EventsExecutor`. Unset: rclpy chooses."""
 _EXECUTOR = os.environ.get(EXECUTOR, '')
+
+_HAS_WORKERS = _EXECUTOR.endswith(':MultiThreadedExecutor')
+
+T = TypeVar('T')
 
 _executors: dict[Node, Executor] = {}
 
@@ -79,13 +82,43 @@ def spin_until_done(node: Node, future: Future[Any], timeout: float | None = Non
         spin_once(node, left)
 
 
-def spin_until_any(node: Node, received: Sized) -> None:
-    """Spin until there is something in `received`; ends the program where nothing comes."""
+class Arrivals(list[T]):
+    """What has come, for an executor with workers: there `spin_once` returns before the callback has run."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._next: Future[None] | None = None
+
+    def append(self, message: T) -> None:
+        super().append(message)
+        if self._next is not None:
+            self._next.set_result(None)
+
+    def spin_until_next(self, node: Node) -> None:
+        """Spin until something has come."""
+        from rclpy.task import Future
+
+        self._next = Future()
+        if not self:  # looked at after `_next` was set, since `append` acts in opposite order
+            spin_until_done(node, self._next, PATIENCE_S)
+        self._next = None
+
+
+def arrivals() -> list[Any]:
+    """Return the list for `spin_until_any`, whose `append` is the callback of a subscription."""
+    return Arrivals() if _HAS_WORKERS else []
+
+
+def spin_until_any(node: Node, received: list[Any]) -> None:
+    """Spin until there is something in `received`, of `arrivals`; ends the program if nothing comes."""
     end = perf_counter() + PATIENCE_S
     while not received:
         if perf_counter() > end:
             sys.exit(f'what was sent did not come back within {PATIENCE_S:.0f} s')
-        spin_once(node, PATIENCE_S)
+        if isinstance(received, Arrivals):
+            received.spin_until_next(node)
+        else:
+            spin_once(node, PATIENCE_S)
 
 
 def spin(node: Node) -> None:

@@ -49,7 +49,7 @@ def measure(count: int, size: int) -> Figures:
     with stage.Partner('benchmarks.lines.image') as partner:
         rclpy.init()
         node: Node = rclpy.create_node('bench_camera')
-        seen: list[Float64] = []
+        seen: list[Float64] = spinning.arrivals()
         node.create_subscription(Float64, SEEN, seen.append, 10)
         publisher = node.create_publisher(Image, IMAGE, 10)
         image = Image(height=1, width=size, step=size, encoding='mono8', data=array('B', bytes(size)))

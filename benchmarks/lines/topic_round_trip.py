@@ -40,7 +40,7 @@ def ask(count: int) -> Figures:
     with stage.Partner('benchmarks.lines.topic_round_trip') as partner:
         rclpy.init()
         node = rclpy.create_node('bench_client')
-        received: list[PoseStamped] = []
+        received: list[PoseStamped] = spinning.arrivals()
         node.create_subscription(PoseStamped, PONG, received.append, 10)
         ping = node.create_publisher(PoseStamped, PING, 10)
         pose = PoseStamped()
