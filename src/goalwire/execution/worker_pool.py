@@ -70,6 +70,11 @@ class WorkerPool:
             self.serving.add(thread)
             thread.start()
 
+    def raise_limit(self, count: int) -> None:
+        """Allow `count` more threads; a negative `count` takes them back."""
+        with self._lock:
+            self.limit += count
+
     def retire(self) -> bool:
         """Tell whether there are too many workers, so that the calling worker has to end.
 
