@@ -37,6 +37,7 @@ def test_a_deadline_does_not_move_with_the_system_clock(
             arm.service(Trigger, 'hang', hang)
             arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
             client = mission.client(Trigger, 'hang')
+            await client.wait_for_server(timeout=PATIENCE)
             asked = time.monotonic_ns()
             with outcomes.counted(lambda: asked):
                 calling = asyncio.create_task(client.call(timeout=0.3))

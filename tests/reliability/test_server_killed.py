@@ -95,6 +95,7 @@ def test_a_goal_that_does_not_end_when_its_client_leaves_it_leaves_nothing_there
         async with stage() as (arm, mission, _):
             arm.action_server(Fibonacci, 'hang', hang)
             client = mission.action(Fibonacci, 'hang')
+            await client.wait_for_server(timeout=PATIENCE)
             for _ in range(3):
                 with outcomes.counted():
                     async with client.send(timeout=0.05, grace=0.05) as goal:
