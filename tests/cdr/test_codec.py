@@ -15,6 +15,7 @@ from goalwire.errors import DecodeError, EncodeError, EncodeTypeError, EncodeVal
 from goalwire.idl import get_message, register_definitions
 from goalwire.idl.model import Shape
 from goalwire.idl.registry import message_definition
+from goalwire.payload_parts import Parts
 
 PACKAGE = 'codec_test_msgs'  # in the names of tests, too: every worker of pytest gives the same ones
 register_definitions(
@@ -367,3 +368,28 @@ def test_a_wide_string_holds_utf_16_units_or_code_points(unit: int) -> None:
 def test_a_wide_string_of_code_points_is_read_too() -> None:
     wide: Any = get_message('example_interfaces/msg/WString')
     assert codec.decode(b'\0\1\0\0\1\0\0\0' + ord('𝄞').to_bytes(4, 'little'), wide).data == '𝄞'
+
+
+@pytest.mark.parametrize(
+    ('values', 'is_large'),
+    [
+        ({'reals': array('d', [0.5]), 'raw': [b'a'], 'text': 'é', 'names': ['left']}, False),
+        ({'reals': array('d', bytes(80_000)), 'points': [Point(x=1.0)], 'wide': 'é'}, True),
+        ({'reals': memoryview(array('d', bytes(80_000))), 'few': [1, 2, 3]}, True),
+        ({'raw': [b'a'] * 70_000, 'many': [True] * 3}, True),
+    ],
+)
+def test_a_large_message_for_the_wire_is_not_joined(values: dict[str, Any], is_large: bool) -> None:
+    message = Demo()
+    for name, value in values.items():
+        setattr(message, f'_{name}', value)
+    payload = codec.payload_encoder(Demo)(message)
+    whole = b''.join(codec.parts_encoder(Demo)(message))
+    assert len(payload) == len(whole)
+    assert bytes(payload) == whole
+    assert isinstance(payload, Parts) == is_large
+
+
+def test_the_classes_with_numbers_are_those_that_may_be_large() -> None:
+    assert codec.has_numbers(Demo)
+    assert not codec.has_numbers(String)

@@ -8,13 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, partial
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from goalwire.cdr import explain, reading, writing
+from goalwire.cdr import explain, layout, reading, writing
 from goalwire.cdr.decoder_source import decoder_source
 from goalwire.cdr.encoder_source import encoder_source
 from goalwire.idl.generated_code import run_source
 from goalwire.idl.rosidl_compat import type_name
+
+if TYPE_CHECKING:
+    from goalwire.payload_parts import Parts
+
+PARTS_FROM = 1 << 16
+"""A message of this many bytes or more is not joined by `payload_encoder`. Smaller ones go over sockets."""
 
 Data = bytes | bytearray | memoryview
 MessageT = TypeVar('MessageT')
@@ -48,12 +54,36 @@ def parts_encoder(cls: type) -> Callable[[object], list[Data]]:
 
     The function returns a list of buffers that together are the message.
     """
-    source, names = encoder_source(cls, in_parts=True)
+    source, names = encoder_source(cls, outcome='out')
     names['explain'] = partial(explain.explain_encode, cls)
     names['numbers'] = writing.numbers_in_place
     return cast(
         'Callable[[object], list[Data]]',
         _compile(source, names, f'<goalwire encoder {type_name(cls)}, in parts>', 'encode'),
+    )
+
+
+def has_numbers(cls: type) -> bool:
+    """Tell whether a message class has a sequence of numbers, which may be large."""
+    return any(leaf.type.is_number and leaf.type.is_sequence for leaf in layout.leaves(cls))
+
+
+@cache
+def payload_encoder(cls: type) -> Callable[[object], bytes | Parts]:
+    """Return a function `encode(message)` for one message class that does not join large messages.
+
+    It returns Parts for a message of PARTS_FROM bytes or more, and bytes for a smaller one.
+    """
+    from goalwire.payload_parts import Parts  # imported here: few programs publish large messages
+
+    outcome = f"b''.join(out) if at < {PARTS_FROM} else parts_of(out, at)"
+    source, names = encoder_source(cls, outcome=outcome)
+    names['explain'] = partial(explain.explain_encode, cls)
+    names['numbers'] = writing.numbers_in_place
+    names['parts_of'] = partial(Parts, type_name=type_name(cls))
+    return cast(
+        'Callable[[object], bytes | Parts]',
+        _compile(source, names, f'<goalwire encoder {type_name(cls)}, payload>', 'encode'),
     )
 
 

@@ -33,15 +33,16 @@ _HELPERS: dict[str, object] = {
 }
 
 
-def encoder_source(cls: type, *, in_parts: bool = False) -> tuple[str, dict[str, object]]:
+def encoder_source(cls: type, *, outcome: str = '') -> tuple[str, dict[str, object]]:
     """Return the source of `encode(m0) -> bytes` for a message class, and the names that it needs.
 
-    With `in_parts`, `encode` returns a list of buffers that together are these bytes. If a sequence of
-    numbers is a memoryview of the right type, the memoryview itself is one of the buffers.
+    With `outcome`, `encode` returns the value of that expression instead. In it, `out` is a list of buffers
+    that together are these bytes, and `at` their number. If a sequence of numbers is an array, or a
+    memoryview of the right type, it is itself one of the buffers.
     """
     module = _Module()
-    single = layout.texts_inside(cls) in (0, 1) and not in_parts
-    body = _Body(module, at=0, single=single, in_parts=in_parts)
+    single = layout.texts_inside(cls) in (0, 1) and not outcome
+    body = _Body(module, at=0, single=single, outcome=outcome)
     body.message(cls, 'm0')
     lines = [
         'def encode(m0):',
@@ -87,12 +88,12 @@ class _Body:
     varies.
     """
 
-    def __init__(self, module: _Module, at: int | None, *, single: bool, in_parts: bool = False) -> None:
+    def __init__(self, module: _Module, at: int | None, *, single: bool, outcome: str = '') -> None:
         self.lines: list[str] = []
         self._module = module
         self._first = at is not None
         self._single = single
-        self._in_parts = in_parts
+        self._outcome = outcome or "b''.join(out)"
         self._count = 0
         self.items: list[Item] = []
         self._arguments: list[str] = []
@@ -104,7 +105,7 @@ class _Body:
     def finish(self) -> list[str]:
         self.flush()
         if not self._single:
-            self.lines.append('return out' if self._in_parts else "return b''.join(out)")
+            self.lines.append(f'return {self._outcome}')
         return self.lines
 
     def message(self, cls: type, variable: str) -> None:

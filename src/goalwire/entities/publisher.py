@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Generic
+from typing import TYPE_CHECKING, Generic, cast
 
+from goalwire.cdr import codec
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, MsgT, message_support
@@ -34,7 +35,6 @@ class PublisherCore(Generic[MsgT]):
             self.support = msg_type
         else:
             self.support = message_support(msg_type)
-            self._encode = self.support.encode  # made now, so that the first publish is not slow
         self.full_name = node.resolve(topic)
         endpoint = describe_endpoint(node, EndpointKind.PUBLISHER, self.full_name, self.support, qos)
         self._endpoint = endpoint
@@ -48,6 +48,8 @@ class PublisherCore(Generic[MsgT]):
         self._late_joiners: LateJoiners | None = None
         self._port: PublisherPort | None = node.port.publisher(endpoint)
         self._send: Callable[[bytes], None] = self._port.publish
+        if not isinstance(msg_type, MessageSupport):
+            self._encode  # noqa: B018  # made now, so that the first publish is not slow
         node.own(self)
 
     @cached_property
@@ -57,7 +59,11 @@ class PublisherCore(Generic[MsgT]):
 
     @cached_property
     def _encode(self) -> Callable[[object], bytes]:
-        return self.support.encode
+        port, cls = self._port, self.support.cls
+        if port is None or not port.can_lend or not codec.has_numbers(cls):
+            return self.support.encode
+        # The return type leaves Parts out, because only ports that can lend get them, and pass them on.
+        return cast('Callable[[object], bytes]', codec.payload_encoder(cls))
 
     def publish(self, msg: MsgT | bytes | LoanedMessage[MsgT]) -> None:
         """Send a message, one that is serialized already, or a loaned one, which ends with that.

@@ -226,7 +226,7 @@ class PublisherPort(Port):
         """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""
 
     can_lend = False
-    """True if `borrow` may ever return memory."""
+    """True if `borrow` may ever return memory. `publish` then takes Parts, too, and copies them there."""
 
     def borrow(self, size: int) -> Loan | None:  # noqa: ARG002
         """Return memory that subscribers can read in place; None, as here, if the wire has none."""

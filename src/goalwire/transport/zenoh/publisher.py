@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import count
 from time import time_ns
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.errors import ClosedError, TransportError
 from goalwire.reports import LOGGER
@@ -21,6 +21,9 @@ from goalwire.transport.zenoh.context import LARGE, Turn, Waiting, ZenohContext
 from goalwire.transport.zenoh.tokens import actual_depth
 from goalwire.transport.zenoh.wire import Left, LoanPublisher, Publisher, Wire, refuse_use
 from goalwire.zenoh.protocol.shared_memory import Loan
+
+if TYPE_CHECKING:
+    from goalwire.payload_parts import Parts
 
 LARGEST = 1 << 30
 """The largest message in bytes that a Zenoh session receives, by default and in rmw_zenoh's settings."""
@@ -106,7 +109,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         """
         return self._dropped
 
-    def publish(self, payload: bytes) -> None:
+    def publish(self, payload: bytes | Parts) -> None:
         """Put one message.
 
         If several threads publish, all subscriptions get the messages in the same order.
@@ -120,7 +123,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         try:
             section.acquire()  # hot path: `run` of CriticalSection, written out
             if section.is_busy:
-                section.late.append(partial(self._publish_late, payload))
+                section.late.append(partial(self._publish_late, bytes(payload)))
                 return
             if section.late:
                 section.run_late()
@@ -188,7 +191,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
             reason = self._context.wire.explain(error) or type(error).__name__
             self._note_drop([len(payload)], f'zenoh refused it: {reason}')
 
-    def _publish_large(self, payload: bytes) -> None:
+    def _publish_large(self, payload: bytes | Parts) -> None:
         """Publish a large message, or one that must follow waiting ones. The caller is in the section."""
         if len(payload) > LARGEST:
             raise TransportError(

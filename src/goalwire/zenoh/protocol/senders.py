@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from goalwire.errors import EncodeError
 from goalwire.zenoh.protocol.channels import channel_of
 from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.incoming_queries import LocalQuery
@@ -53,16 +54,29 @@ from goalwire.zenoh.protocol.routes import Queryable
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.shared_memory import Loan, Pointer, encode_pointer
 
+if TYPE_CHECKING:
+    from goalwire.payload_parts import Parts
+
 FLOOD = 32
 """More messages in a row than this are a flood (see `Stamps.burst`): the following messages may wait a
 moment, to go out together. A callback that publishes twenty messages does not count as a flood."""
 SMALL = 2048
 """Only messages of fewer bytes may wait. For a larger message the system call costs little in comparison."""
 _NEVER = float('inf')
+WHOLE = (bytes, memoryview)
+"""The types of payloads in one piece; the others are Parts."""
+Lent: TypeAlias = 'list[tuple[Outgoing, bytes, Pointer]]'
+"""Links that get a message as a pointer, each with the head of the message and the pointer."""
 Links: TypeAlias = 'tuple[tuple[Outgoing, bytes], ...]'
 """Links that get a message, each with the head of the message, which names the key as that link knows it."""
 _HERE = object()
 """Stands for the session's own queryables among the links that a query waits for."""
+
+
+def _take_back(lent: Lent) -> None:
+    for link, _, pointer in lent:
+        if link.memory is not None:
+            link.memory.take_back(pointer)
 
 
 class Publication:
@@ -94,7 +108,7 @@ class Publication:
 
     def put(
         self,
-        payload: Payload,
+        payload: Payload | Parts,
         attachment: bytes | None = None,
         stamp: bytes | None = None,
         source: SourceInfo | None = None,
@@ -110,7 +124,7 @@ class Publication:
         if size >= self._shared_from:
             links = self._share(payload, shared_put_head(attachment, stamp, encoded_source), links)
         if links:
-            if size >= LARGE:
+            if size >= LARGE or not isinstance(payload, WHOLE):
                 self._put_large(bytes(payload), put_head(size, attachment, stamp, encoded_source), links)
             else:
                 body = put_body(payload, attachment, stamp, encoded_source)
@@ -118,10 +132,11 @@ class Publication:
                 for link, head in links:
                     link.send(self._channel, head + body, self._droppable, may_wait)
         if self._own:
-            sample = new_sample((self._key, payload, attachment, stamp, encoded_source))
+            whole = payload if isinstance(payload, WHOLE) else bytes(payload)
+            sample = new_sample((self._key, whole, attachment, stamp, encoded_source))
             self._deliver(sample)
 
-    def _share(self, payload: Payload, begin: bytes, links: Links) -> Links:
+    def _share(self, payload: Payload | Parts, begin: bytes, links: Links) -> Links:
         """Send a payload through shared memory to the links that can take it; return the others.
 
         The payload is copied into a chunk once for all these links, and not copied if there are none.
@@ -130,7 +145,7 @@ class Publication:
         loan = None if pool is None else pool.borrow(len(payload))
         if loan is None:
             return links
-        lent: list[tuple[Outgoing, bytes, Pointer]] = []
+        lent: Lent = []
         left: list[tuple[Outgoing, bytes]] = []
         try:
             for link, head in links:
@@ -139,8 +154,12 @@ class Publication:
                     left.append((link, head))
                 else:
                     lent.append((link, head, pointer))
-            if lent and not loan.write(payload):
-                return links  # the session is closing, and has taken all loans back
+            try:
+                if lent and not loan.write(payload):
+                    return links  # the session is closing, and has taken all loans back
+            except EncodeError:  # another thread has changed the message
+                _take_back(lent)
+                raise
             self._send_pointers(lent, begin)
         finally:
             loan.end()
@@ -153,13 +172,11 @@ class Publication:
         """
         if self._version != self._routes.version:
             self._aim()
-        lent: list[tuple[Outgoing, bytes, Pointer]] = []
+        lent: Lent = []
         for link, head in self._links:
             pointer = None if link.memory is None else link.memory.lend(loan)
             if pointer is None:
-                for other, _, given in lent:
-                    if other.memory is not None:
-                        other.memory.take_back(given)
+                _take_back(lent)
                 return False
             lent.append((link, head, pointer))
         attachment, stamp = attach(), self._session.stamp()
@@ -168,7 +185,7 @@ class Publication:
             self._deliver(new_sample((self._key, bytes(loan.view), attachment, stamp, None)))
         return True
 
-    def _send_pointers(self, lent: list[tuple[Outgoing, bytes, Pointer]], begin: bytes) -> None:
+    def _send_pointers(self, lent: Lent, begin: bytes) -> None:
         for link, head, pointer in lent:
             message = b''.join((head, begin, encode_pointer(pointer)))
             if not link.send(self._channel, message, self._droppable) and link.memory is not None:
@@ -181,7 +198,7 @@ class Publication:
 
     def put_where_free(
         self,
-        payload: Payload,
+        payload: Payload | Parts,
         attachment: bytes | None,
         full: Container[object],
         *,
@@ -201,7 +218,7 @@ class Publication:
         if stamp is None:
             stamp = session.stamp()
         encoded_source = None if source is None else encode_source(source)
-        size, data = len(payload), bytes(payload)
+        size = len(payload)
         begin = put_head(size, attachment, stamp, encoded_source)
         # The key is named in full: its number may be undeclared before the message is sent.
         late = push_head(wire_key(self._key), self._qos | BLOCK if waits else self._qos) + begin
@@ -212,13 +229,16 @@ class Publication:
             shared = shared_put_head(attachment, stamp, encoded_source)
             not_shared = self._share(payload, shared, free)
             links = tuple(each for each in links if each[0] in full or each in not_shared)
+        data = bytes(payload) if links else b''
         for link, head in links:
             if link not in full and (not waits or link.queue.size + size <= QUEUE_LIMIT):
                 link.send_large(self._channel, (head + begin, data), droppable=self._droppable)
             else:
                 left.append((link, partial(self._send_late, link, (late, data), droppable=not waits)))
         if self._own:
-            self._deliver(new_sample((self._key, payload, attachment, stamp, encoded_source)))
+            whole = payload if isinstance(payload, WHOLE) else bytes(payload)
+            sample = new_sample((self._key, whole, attachment, stamp, encoded_source))
+            self._deliver(sample)
         return left
 
     def _send_late(self, link: Outgoing, message: tuple[bytes, bytes], *, droppable: bool) -> None:

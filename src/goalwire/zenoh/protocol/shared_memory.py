@@ -16,7 +16,7 @@ query.rs, core/.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from goalwire.zenoh.protocol.primitives import (
     MANDATORY,
@@ -25,6 +25,9 @@ from goalwire.zenoh.protocol.primitives import (
     encode_data,
     encode_z,
 )
+
+if TYPE_CHECKING:
+    from goalwire.payload_parts import Parts
 
 EXTENSION_OF_INIT = 0x42
 """In INIT: the id of the sender's segment; in the answer also the proof that the other segment was read."""
@@ -58,7 +61,7 @@ Slices: TypeAlias = Sequence[bytes | Pointer]
 class Loan(Protocol):
     """A chunk of this session's pool that is being published."""
 
-    def write(self, payload: bytes | memoryview) -> bool:
+    def write(self, payload: bytes | memoryview | Parts) -> bool:
         """Copy the payload into the chunk; False if the pool was closed meanwhile."""
 
     def narrow(self, start: int, size: int) -> None:

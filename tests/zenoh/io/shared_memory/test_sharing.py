@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from array import array
 from random import Random
 
 import pytest
@@ -10,7 +11,10 @@ from helpers.patience import wait_for
 from helpers.zenoh_memory import WITH_OWN, OpenPair, lent, segments_of, shares
 from helpers.zenoh_sides import Ours, Side, address
 
+from goalwire.errors import EncodeError
+from goalwire.payload_parts import Parts
 from goalwire.zenoh.io.settings import MemorySettings
+from goalwire.zenoh.protocol.senders import Publication
 
 OFF = MemorySettings()
 SIZES = (10, 1024, 5000, 65_535, 65_536, 300_000, 1_000_000)
@@ -179,3 +183,47 @@ def test_a_view_that_outlives_its_session_keeps_its_content(open_pair: OpenPair)
     assert views[0] == b'kept' * 30_000
     views.clear()
     assert lent(one) == 0
+
+
+def put_parts(side: Ours, parts: Parts) -> None:
+    """Publish a payload in parts on the key 'parts'."""
+    publication = Publication(side.protocol, 'parts')
+    publication.put(parts)
+    publication.close()
+
+
+@pytest.mark.parametrize('settings', [WITH_OWN, OFF])
+def test_a_message_in_parts_is_copied_once_into_shared_memory(
+    open_pair: OpenPair, settings: MemorySettings
+) -> None:
+    one, other = open_pair(settings, settings)
+    exchange(one, other, 20)  # the first ones show that the reader can open the segments
+    heard = other.subscribe('parts')
+    watch = one.watch('ready/parts')
+    other.token('ready/parts')
+    watch.wait(1)
+    numbers = array('B', os.urandom(200_000))
+    parts = Parts([b'head', numbers], 200_004, 'some_msgs/msg/Numbers')
+    put_parts(one, parts)
+    numbers[0] ^= 255
+    ((_, payload),) = heard.wait(1)
+    numbers[0] ^= 255
+    assert payload == b'head' + numbers.tobytes()
+    assert (parts._joined is None) == (settings is WITH_OWN)
+
+
+def test_a_message_that_another_thread_makes_longer_keeps_no_chunk(open_pair: OpenPair) -> None:
+    one, other = open_pair()
+    exchange(one, other, 20)
+    wait_for(lambda: not lent(one), 'every chunk to come back')
+    heard = other.subscribe('parts')
+    watch = one.watch('ready/parts')
+    other.token('ready/parts')
+    watch.wait(1)
+    numbers = array('B', bytes(100_000))
+    for _ in range(3):
+        with pytest.raises(EncodeError, match='changed its length'):
+            put_parts(one, Parts([numbers], len(numbers) - 1, 'some_msgs/msg/Numbers'))
+    assert not lent(one)
+    put_parts(one, Parts([numbers], len(numbers), 'some_msgs/msg/Numbers'))
+    assert [payload for _, payload in heard.wait(1)] == [numbers.tobytes()]

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from time import monotonic
+from typing import TYPE_CHECKING
 
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.freed_memory import keep_freed_memory
@@ -22,6 +23,9 @@ from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.allocator import Allocator, round_up
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, OwnSegment
 from goalwire.zenoh.protocol.shared_memory import Pointer
+
+if TYPE_CHECKING:
+    from goalwire.payload_parts import Parts
 
 FIRST_SEGMENT = 4 << 20
 """Bytes of the first data segment. C++ readers lock it in memory, where 8 MiB is the usual limit."""
@@ -68,12 +72,17 @@ class Chunk:
         self.size = size
         self.holders = 1
 
-    def write(self, payload: bytes | memoryview) -> bool:
+    def write(self, payload: bytes | memoryview | Parts) -> bool:
         """Copy the payload into the chunk; False if the session was closed meanwhile."""
         try:
-            self.segment.view[self.offset : self.offset + self.size] = payload
+            place = self.view
         except ValueError:  # closing the session has released the view
             return False
+        with place:
+            if isinstance(payload, (bytes, memoryview)):
+                place[:] = payload
+            else:
+                payload.write_to(place)
         return True
 
     def narrow(self, start: int, size: int) -> None:
