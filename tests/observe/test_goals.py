@@ -134,7 +134,7 @@ def test_of_a_goal_that_ran_before_nobody_guesses_what_remains() -> None:
     for goal_id in ('old', 'new'):
         for distance in (4.0, 1.0):
             table.take_feedback('/go', goal_id, remaining(distance), 12.0)
-    old, new = table.reported('/go', 9)
+    old, new = table.list_reported('/go', 9)
     assert (old.progress, new.progress) == (None, 0.75)
     table.take_feedback('/go', 'old', feedback('Fraction', fraction_done=0.5), 13.0)
     assert old.progress == 0.5, 'such a field tells it at any time'
@@ -145,9 +145,9 @@ def test_a_servers_goals_are_the_active_ones_and_then_the_latest_that_ended() ->
     statuses = {'a': 'SUCCEEDED', 'b': 'EXECUTING', 'c': 'ABORTED', 'd': 'CANCELED'}
     table.take_statuses('/go', [reported(goal_id, each, 1.0) for goal_id, each in statuses.items()], 2.0)
     table.take_feedback('/go', 'e', remaining(1.0), 3.0)  # no status has told of it yet
-    assert [goal.goal_id for goal in table.reported('/go', 2)] == ['b', 'c', 'd']
+    assert [goal.goal_id for goal in table.list_reported('/go', 2)] == ['b', 'c', 'd']
     table.take_statuses('/go', [reported('b', 'SUCCEEDED', 1.0)], 4.0)
-    assert [goal.goal_id for goal in table.reported('/go', 2)] == ['b'], 'the server forgot the others'
+    assert [goal.goal_id for goal in table.list_reported('/go', 2)] == ['b'], 'the server forgot the others'
     assert table.get('/go', 'a') is not None
     table.forget('/go')
-    assert (list(table), table.reported('/go', 2)) == ([], [])
+    assert (list(table), table.list_reported('/go', 2)) == ([], [])

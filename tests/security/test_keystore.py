@@ -86,7 +86,7 @@ def test_renewing_brings_a_new_key_of_the_same_kind(keystore: Keystore) -> None:
 def test_a_revoked_name_is_refused_until_it_is_issued_again(keystore: Keystore) -> None:
     keystore.add('alice', 'person', ())
     until = keystore.revoke('alice')
-    assert keystore.revoked() == {'alice': until}
+    assert keystore.list_revoked() == {'alice': until}
     assert keystore.names() == []
     again = keystore.issue('alice', 'person')
     assert again.certificate.not_valid_before_utc > until
@@ -96,7 +96,7 @@ def test_a_revoked_name_is_refused_until_it_is_issued_again(keystore: Keystore) 
 def test_an_unreadable_list_of_revoked_names_is_an_error(keystore: Keystore) -> None:
     keystore.revoked_path.write_text('alice = "yesterday"\n')
     with pytest.raises(SecurityError, match="'alice' needs a time like"):
-        keystore.revoked()
+        keystore.list_revoked()
     assert any('needs a time like' in each.problem for each in check(keystore))
 
 
@@ -141,7 +141,7 @@ def test_an_import_brings_what_is_newer_and_forgets_no_revoked_name(
     there = Keystore(tmp_path / 'there')
     assert load_policy(there.policy_path).knows('alice')
     import_identity(tmp_path / 'there', tmp_path / 'old')
-    assert list(there.revoked()) == ['alice']
+    assert list(there.list_revoked()) == ['alice']
 
 
 def test_a_file_of_another_authority_is_not_imported(keystore: Keystore, tmp_path: Path) -> None:

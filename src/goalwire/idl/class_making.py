@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 from goalwire.idl.checks import checked, find_checks, python_type
-from goalwire.idl.class_source import class_source, copied_default
+from goalwire.idl.class_source import class_source, copy_default
 from goalwire.idl.generated_code import run_source
 from goalwire.idl.model import (
     ActionDefinition,
@@ -110,7 +110,7 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
             names[f'_dtype_{field.name}'] = DTYPES[TYPECODES[field.type.base]]
     constants = {constant.name: constant.value for constant in message.constants}
     defaults = {
-        f'{field.name.upper()}__DEFAULT': copied_default(field)
+        f'{field.name.upper()}__DEFAULT': copy_default(field)
         for field in message.fields
         if field.default is not None
     }

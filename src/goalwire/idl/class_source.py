@@ -67,7 +67,7 @@ def single_default(field: Field) -> object:
     return _ZEROS.get(field.type.base, 0.0 if field.type.base.startswith('float') else 0)
 
 
-def copied_default(field: Field) -> object:
+def copy_default(field: Field) -> object:
     """Return a field's own default as a value that the caller may change."""
     values = field.default
     if not isinstance(values, tuple):

@@ -13,7 +13,7 @@ from typing import Any
 
 from goalwire.errors import InterfaceError, RemoteError
 from goalwire.idl import registry
-from goalwire.idl.class_source import copied_default, single_default
+from goalwire.idl.class_source import copy_default, single_default
 from goalwire.idl.model import (
     ActionDefinition,
     Definition,
@@ -83,7 +83,7 @@ def signature(message: MessageDefinition) -> Signature:
 
 def _default(field: Field) -> object:
     if field.default is not None:
-        return copied_default(field)
+        return copy_default(field)
     if field.type.shape is Shape.SINGLE and not field.type.is_message:
         return single_default(field)
     if field.type.shape is Shape.SINGLE:

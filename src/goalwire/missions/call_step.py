@@ -63,7 +63,9 @@ class CallStep:
 
     async def _call(self) -> Outcome:
         self._step.boundary('before send')
-        calling = asyncio.ensure_future(self._client.call(self._request.request, timeout=self._step.left()))
+        calling = asyncio.ensure_future(
+            self._client.call(self._request.request, timeout=self._step.measure_left())
+        )
         await asyncio.sleep(0)  # lets the task take its first turn, which puts the request on the wire
         self._step.boundary('after send')
         try:

@@ -309,7 +309,7 @@ class GoalStep:
             return Outcome(error=self._interruption.error)
         if self._refusal is not None:
             return Outcome(error=self._refusal)
-        if self._step.left() == 0.0:
+        if self._step.measure_left() == 0.0:
             return Outcome(error=DeadlineError(f'{self._step.title}: its time is over, and it never began'))
         # A client refuses to send an id twice, as a protection against mistakes: so sending again needs a new
         # client.

@@ -98,7 +98,7 @@ class LiveStep:
             age = self.machine.wall() - float(str(intent.body['wall']))
         self._deadline = self.machine.steady() + timeout - max(age, 0.0)
 
-    def left(self) -> float | None:
+    def measure_left(self) -> float | None:
         """Return how many s are left; None if the step has no limit."""
         return None if self._deadline is None else max(self._deadline - self.machine.steady(), 0.0)
 
@@ -120,12 +120,14 @@ class LiveStep:
         waiting: list[asyncio.Future[Any]] = [task] if self._ignores_stop else [task, stop]
         try:
             await asyncio.wait(
-                waiting, timeout=self.left() if is_limited else None, return_when=asyncio.FIRST_COMPLETED
+                waiting,
+                timeout=self.measure_left() if is_limited else None,
+                return_when=asyncio.FIRST_COMPLETED,
             )
             if task.done():
                 return task.result()
             if stop.done() and not self._ignores_stop:
-                raise Interrupted(self._run.stopped(), is_stop=True)
+                raise Interrupted(self._run.make_stop_error(), is_stop=True)
             raise Interrupted(DeadlineError(f'{self.title}: its time is over'), is_stop=False)
         finally:
             await _end(stop)

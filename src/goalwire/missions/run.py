@@ -180,7 +180,7 @@ class MissionRun:
         """Carry out a step that has not ended, and write its outcome."""
         await self._gate.wait()
         if self.stop is not None and not is_undoing and history.intent is None:
-            outcome = Outcome(error=self.stopped())
+            outcome = Outcome(error=self.make_stop_error())
         else:
             outcome = await how(LiveStep(self, history, is_undoing=is_undoing))
         try:
@@ -200,7 +200,7 @@ class MissionRun:
         """Return the id of a step's goal. It is the same in every life of the mission."""
         return goal_id_of(self._writer.store.uuid, self.row.id, step, attempt).bytes
 
-    def stopped(self) -> MissionStopped:
+    def make_stop_error(self) -> MissionStopped:
         """Return the error that stops the mission's code."""
         assert self.stop is not None
         return MissionStopped(str(self.stop.body['why']), undo=bool(self.stop.body['undo']))

@@ -157,7 +157,7 @@ class GoalTable:
         """Return the goals, of one action or of all, that have not ended."""
         return [goal for goal in self if goal.is_active and action in {None, goal.action}]
 
-    def reported(self, action: str, most_ended: int) -> list[Goal]:
+    def list_reported(self, action: str, most_ended: int) -> list[Goal]:
         """Return the goals that the server last reported: the active ones, then the latest that ended."""
         goals = [self._goals[action, each] for each in self._reported.get(action, ())]
         ended = [goal for goal in goals if not goal.is_active]

@@ -95,7 +95,7 @@ class AuthorityServer(ThreadingHTTPServer):
         name, kind = certificates.common_name(shown), certificates.kind_of(shown)
         if kind not in KINDS:
             raise SecurityError(f"'{name}' is not an identity of a kind that is renewed")
-        if revocation.is_revoked(self.keystore.revoked(), name, shown.not_valid_before_utc):
+        if revocation.is_revoked(self.keystore.list_revoked(), name, shown.not_valid_before_utc):
             raise SecurityError(f"the certificate of '{name}' is revoked")
         if not load_policy(self.keystore.policy_path).knows(name):
             raise SecurityError(f"policy.toml does not name '{name}'")

@@ -122,7 +122,7 @@ def _put(
         if before > pair.certificate.not_valid_before_utc:
             raise SecurityError(f"'{folder}' has a newer certificate of '{name}' than the file")
     # A name that is revoked here stays revoked: an old file does not change that.
-    both = {each: max(revoked.get(each, at), at) for each, at in keystore.revoked().items()}
+    both = {each: max(revoked.get(each, at), at) for each, at in keystore.list_revoked().items()}
     storage.replace(keystore.revoked_path, revocation.write_revoked(revoked | both).encode(), storage.PUBLIC)
     policy = keystore.policy_text()
     if policy != content['policy']:

@@ -40,7 +40,7 @@ def check(keystore: Keystore) -> list[Finding]:
     policy = None
     try:
         policy = load_policy(keystore.policy_path)
-        keystore.revoked()
+        keystore.list_revoked()
     except SecurityError as error:
         findings.append(Finding(str(error)))
     if policy is not None:
@@ -78,7 +78,7 @@ def _check_identities(keystore: Keystore, policy: Policy | None) -> Iterator[Fin
     now = certificates.now()
     try:
         trust = keystore.trust()
-        revoked = keystore.revoked()
+        revoked = keystore.list_revoked()
     except SecurityError as error:
         yield Finding(str(error))
         return

@@ -148,7 +148,7 @@ class Keystore:
         """Return the certificate that all other certificates lead to. Raises SecurityError."""
         return certificates.read_certificate(read(self.trust_path), os.fspath(self.trust_path))
 
-    def revoked(self) -> dict[str, datetime]:
+    def list_revoked(self) -> dict[str, datetime]:
         """Return the revoked names, each with the time of issue up to which its certificates are refused.
         Raises SecurityError.
         """
@@ -213,7 +213,7 @@ class Keystore:
         """Return the beginning and end of validity of a certificate that is issued now."""
         now = certificates.now()
         begin = now - certificates.CLOCK_SKEW
-        revoked = self.revoked().get(name)
+        revoked = self.list_revoked().get(name)
         if revoked is not None:  # a new certificate must count as issued after the refused ones
             begin = max(begin, revoked + timedelta(seconds=1))
         return begin, now + life
@@ -225,7 +225,7 @@ class Keystore:
         """
         path = self.identity_path(name)
         until = certificates.now()
-        revoked = self.revoked() | {name: until}
+        revoked = self.list_revoked() | {name: until}
         storage.replace(self.revoked_path, revocation.write_revoked(revoked).encode(), storage.PUBLIC)
         path.unlink(missing_ok=True)
         return until

@@ -130,10 +130,10 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
             task.uncancel()
             result = None
         except GoalAborted as aborted:
-            return self._aborted(handle, Failure(aborted.result, str(aborted)))
+            return self._abort(handle, Failure(aborted.result, str(aborted)))
         except Exception as error:
             self._log('its handler failed; the goal is aborted', error)
-            return self._aborted(handle, self._core.failure(handle, error), is_logged=True)
+            return self._abort(handle, self._core.failure(handle, error), is_logged=True)
         finally:
             del self._running[handle.goal_id_bytes]
         return self.on_end(handle, result)
@@ -155,11 +155,11 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         if not isinstance(result, self._result_type):
             wrong = type(result).__name__
             reason = f'its handler returned {wrong}, not {self._result_type.__name__}'
-            return self._aborted(handle, Failure(None, reason))
+            return self._abort(handle, Failure(None, reason))
         handle.succeed()
         return result
 
-    def _aborted(
+    def _abort(
         self, handle: ServerGoalHandle[Any, Any, Any], failure: Failure, *, is_logged: bool = False
     ) -> Failure:
         if not is_logged:

@@ -172,7 +172,7 @@ class DdsNode(OpenNode):
             kind=endpoint.kind,
             name=endpoint.name,
             type_name=endpoint.type_name,
-            type_hash=_shown_hash(endpoint),
+            type_hash=_choose_hash(endpoint),
             qos=endpoint.qos.stated(),
             gid=port.gid,
         )
@@ -186,7 +186,7 @@ class DdsNode(OpenNode):
         return self.ports.keep(port)
 
 
-def _shown_hash(endpoint: Endpoint) -> str:
+def _choose_hash(endpoint: Endpoint) -> str:
     """Return the hash for the graph: '' for services, since other participants do not announce theirs."""
     is_topic = endpoint.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION}
     return endpoint.type_hash if is_topic else ''

@@ -94,7 +94,7 @@ class Plan:
             self._sessions += (session,)
         self._look_again()
 
-    def closed(self, session: Watching) -> None:
+    def remove_session(self, session: Watching) -> None:
         """Remove a closed session. After the last one the packets under way are dropped."""
         with self._lock:
             self._sessions = tuple(each for each in self._sessions if each is not session)

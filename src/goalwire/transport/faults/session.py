@@ -168,7 +168,7 @@ class FaultySession(Session):
         self.inner.close()
         with self._lock:
             self._nodes = ()
-        self.faults.closed(self)
+        self.faults.remove_session(self)
         self.faults.call('session.close')
 
     def discard(self, node: FaultyNode) -> None:

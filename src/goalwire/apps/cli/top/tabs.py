@@ -322,7 +322,7 @@ class GoalsTab(TableTab):
             note = self._goals.readers.problems.get(name) or f'[{", ".join(kinds)}]'
             served = '' if servers == 1 else f'{servers} servers'
             rows[name] = [cell(name, 'bold'), cell(served), Text(), Text(), cell(note, 'dim')]
-            for goal in self._goals.table.reported(name, ENDED_SHOWN):
+            for goal in self._goals.table.list_reported(name, ENDED_SHOWN):
                 rows[f'{name} {goal.goal_id}'] = _goal_row(goal)
         self.show(rows)
         names = {key.partition(' ')[0] for key in self.on_screen()}

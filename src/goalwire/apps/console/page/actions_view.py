@@ -284,7 +284,7 @@ class ActionsView(View):
 
     async def _send(self) -> None:
         form = self._form
-        sending = None if form is None else await form.confirmed('Send this goal?', 'Send')
+        sending = None if form is None else await form.confirm('Send this goal?', 'Send')
         if form is None or sending is None:
             return
         ends = bool(self._ends.value)

@@ -129,7 +129,7 @@ class GraphViewPage(View):
             ]
         )
         bad = {endpoint.gid for problem in problems for endpoint in problem.endpoints}
-        self._table.put([_row(each, bad) for each in _sorted(endpoints) if self._passes(each)])
+        self._table.put([_row(each, bad) for each in _sort(endpoints) if self._passes(each)])
         self._draw(endpoints, bad)
 
     def _is_shown(self, each: GraphEntity) -> bool:
@@ -183,7 +183,7 @@ class GraphViewPage(View):
             )
 
 
-def _sorted(endpoints: list[GraphEntity]) -> list[GraphEntity]:
+def _sort(endpoints: list[GraphEntity]) -> list[GraphEntity]:
     return sorted(endpoints, key=lambda each: (each.node.qualified, _KINDS[each.kind], each.name))
 
 

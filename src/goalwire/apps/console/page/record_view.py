@@ -94,7 +94,7 @@ class RecordView(View):
     def refresh(self) -> None:
         recording = self._recording
         runs, has_ended = recording.is_running, bool(recording.path) and not recording.is_running
-        counts, lost = recording.counts(), recording.lost()
+        counts, lost = recording.counts(), recording.count_lost()
         self._start.set_visibility(not runs)
         self._form.set_visibility(not runs)
         self._stop.set_visibility(runs)

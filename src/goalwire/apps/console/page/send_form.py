@@ -149,7 +149,7 @@ class SendForm:
             self._tell(error)
             return None
 
-    async def confirmed(self, title: str, button: str) -> Sending | None:
+    async def confirm(self, title: str, button: str) -> Sending | None:
         """Return the message to send after the user has confirmed it; None if the user refuses."""
         sending = self.sending()
         if sending is None:

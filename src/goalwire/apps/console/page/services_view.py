@@ -166,7 +166,7 @@ class ServicesView(View):
 
     async def _call(self) -> None:
         form = self._form
-        sending = None if form is None else await form.confirmed('Call this service?', 'Call')
+        sending = None if form is None else await form.confirm('Call this service?', 'Call')
         if form is None or sending is None:
             return
         sent = await self.page.attempt(self.session.sender.call(form.target, sending, self.rights))

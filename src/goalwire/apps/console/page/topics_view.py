@@ -200,7 +200,7 @@ class TopicsView(View):
 
     async def _publish(self) -> None:
         form = self._form
-        sending = None if form is None else await form.confirmed('Publish this message?', 'Publish')
+        sending = None if form is None else await form.confirm('Publish this message?', 'Publish')
         if form is None or sending is None:
             return
         sent = await self.page.attempt(self.session.sender.publish_once(form.target, sending, self.rights))

@@ -125,7 +125,7 @@ class LiveRecording:
             return self._kept
         return Counter() if self._recorder is None else self._recorder.counts()
 
-    def lost(self) -> Counter[str]:
+    def count_lost(self) -> Counter[str]:
         """Return how many messages of each topic are not in the bag: dropped here, or lost on their way."""
         if self._recorder is None:
             return Counter()

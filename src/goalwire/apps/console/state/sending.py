@@ -121,7 +121,7 @@ class Sender:
                 Sent(
                     at,
                     sending,
-                    problem=peer_text(_told(error)),
+                    problem=peer_text(_describe(error)),
                     seconds=perf_counter() - began,
                     who=by.who,
                 )
@@ -190,7 +190,7 @@ class Sender:
         try:
             answer = await client.call(request, timeout=min(sending.timeout or 10.0, 10.0))
         except goalwire.GoalwireError as error:
-            self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
+            self._goals.end(goal, 'UNKNOWN', peer_text(_describe(error)), monotonic())
             self._note(Sent(monotonic(), sending, problem=goal.problem, who=by.who))
             return goal
         if not answer.accepted:
@@ -225,7 +225,7 @@ class Sender:
             answer = await client.call(request, timeout=limit)
         except goalwire.GoalwireError as error:
             if goal.is_active:
-                self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
+                self._goals.end(goal, 'UNKNOWN', peer_text(_describe(error)), monotonic())
             return
         status = status_name(answer.status)
         if status != 'UNKNOWN' and status not in ACTIVE:
@@ -275,5 +275,5 @@ class Sender:
             task.cancel()
 
 
-def _told(error: BaseException) -> str:
+def _describe(error: BaseException) -> str:
     return f'{type(error).__name__}: {error}'

@@ -78,9 +78,9 @@ class _Screen:
 
     def _paint(self) -> None:
         columns, rows = shutil.get_terminal_size()
-        active, number = len(self.goals.active()), len(self.goals.reported(self._name, KEPT))
+        active, number = len(self.goals.active()), len(self.goals.list_reported(self._name, KEPT))
         lines = [f'{self._name}: {active} active, {number - active} ended; Ctrl-C ends this']
-        goals = self.goals.reported(self._name, ENDED_SHOWN)
+        goals = self.goals.list_reported(self._name, ENDED_SHOWN)
         lines += [self._row(goal, columns) for goal in goals][: max(1, rows - 2)]
         out = [f'\x1b[{self._painted}A' if self._painted else '']
         out += [f'\r{line}\x1b[K\n' for line in lines]

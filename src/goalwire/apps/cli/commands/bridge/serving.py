@@ -127,7 +127,7 @@ def _patterns(name: str, given: list[str]) -> Patterns:
 
 
 @contextmanager
-def _needed_packages() -> Iterator[None]:
+def _require_packages() -> Iterator[None]:
     """Import packages of the extra `bridge` in the block. Raises CommandError if one is missing."""
     try:
         yield
@@ -147,7 +147,7 @@ def _serve(
     subprotocols: Sequence[str] = (),
 ) -> Outcome:
     """Serve clients until Ctrl-C."""
-    with _needed_packages():
+    with _require_packages():
         from goalwire.apps.bridge.server import serve_clients
 
     settings = settings_of(arguments)
@@ -171,7 +171,7 @@ def add_serve_foxglove_arguments(parser: ArgumentParser) -> None:
 
 def serve_foxglove(arguments: Namespace, output: Output) -> Outcome:
     """Serve Foxglove and clients of its SDK."""
-    with _needed_packages():
+    with _require_packages():
         from goalwire.apps.bridge.foxglove.frames import SUBPROTOCOLS
         from goalwire.apps.bridge.foxglove.session import FoxgloveSession
 
@@ -185,7 +185,7 @@ def add_serve_rosbridge_arguments(parser: ArgumentParser) -> None:
 
 def serve_rosbridge(arguments: Namespace, output: Output) -> Outcome:
     """Serve clients of the rosbridge protocol."""
-    with _needed_packages():
+    with _require_packages():
         import cbor2  # noqa: F401 - named here, since clients ask for it later
         import PIL  # noqa: F401
 

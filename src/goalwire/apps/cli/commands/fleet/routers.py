@@ -53,7 +53,7 @@ def write_router(arguments: Namespace, output: Output) -> Outcome:
             f"'{arguments.name}' is a {kind}, and not a router",
             f'see: goalwire secure add NAME --router, or: goalwire fleet join {arguments.name}',
         )
-    revoked = keystore.revoked()
+    revoked = keystore.list_revoked()
     kinds = {name: kind_of(keystore.identity(name).certificate) for name in keystore.names()}
     there = {name: each for name, each in kinds.items() if name not in revoked and name != arguments.name}
     settings = fleet.site_router(

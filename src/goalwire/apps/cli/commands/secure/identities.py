@@ -123,7 +123,7 @@ def list_identities(arguments: Namespace, output: Output) -> None:
             {'name': name, 'kind': kind, 'valid_until': until.isoformat()},
             f'{name}: {kind}, valid until {until:%Y-%m-%d %H:%M} UTC',
         )
-    for name, when in keystore.revoked().items():
+    for name, when in keystore.list_revoked().items():
         output.show(
             {'name': name, 'revoked': when.isoformat()},
             f'{name}: revoked at {when:%Y-%m-%d %H:%M} UTC',
