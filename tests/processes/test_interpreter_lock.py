@@ -27,4 +27,5 @@ def test_who_holds_the_interpreters_lock_loses_nothing_and_is_lost_to_nobody(
     talker.expect('lost 0 times')
     talker.succeed()
     holder.expect('heard all in order: True')
+    holder.write_line('')
     holder.succeed()
