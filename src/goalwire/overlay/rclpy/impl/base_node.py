@@ -73,9 +73,9 @@ class BaseNode(NodeGraph, ClockedNode):
     ) -> None:
         """Construct the node; raises NotInitializedException before init(), and rclpy's name exceptions."""
         self._context = get_default_context() if context is None else context
-        if self._context.shutdown_signal.is_by_signal:
-            raise self._context.shutdown_signal.end_error('cannot create node')
         if not self._context.ok():
+            if self._context.shutdown_signal.is_by_signal:
+                raise self._context.shutdown_signal.end_error('cannot create node')
             raise NotInitializedException('cannot create node')
         self._ros_core = NodeCore(
             self._context, node_name, namespace, cli_args=cli_args, use_global_arguments=use_global_arguments
