@@ -5,6 +5,7 @@ wait sets, and take the data themselves. No executor runs them.
 from __future__ import annotations
 
 from itertools import count
+from threading import RLock
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -128,25 +129,29 @@ class Client(_Held, ClientCore):
     def __init__(self, node: NodeCore, srv_type: type, name: str, qos: QoS) -> None:
         self._numbers = count(1)  # the wire's own number of a call may be gone when its answer is there
         self._calls: list[tuple[int, PendingCall]] = []
+        self._lock = RLock()
+        """Held while a request is sent: its response may come, and be taken, before it is in `_calls`."""
         super().__init__(entity_of(node), service_support(srv_type), name, qos)
 
     def send_request(self, request: object) -> int:
         """Send a request, and return its number; raises as `ClientCore.begin` does."""
-        self._calls = [
-            (number, call) for number, call in self._calls if call.done() or not call.end_lock.locked()
-        ]
-        number = next(self._numbers)
-        self._calls.append((number, self.begin(request, None)))
+        with self._lock:
+            self._calls = [
+                (number, call) for number, call in self._calls if call.done() or not call.end_lock.locked()
+            ]
+            number = next(self._numbers)
+            self._calls.append((number, self.begin(request, None)))
         return number
 
     def take_response(self, response_type: type) -> tuple[SimpleNamespace, Any] | tuple[None, None]:  # noqa: ARG002
         """Take a response and its header, which has the number as `request_id.sequence_number`; return
         (None, None) if none waits.
         """
-        for index, (number, call) in enumerate(self._calls):
-            if call.done():
-                del self._calls[index]
-                return SimpleNamespace(request_id=SimpleNamespace(sequence_number=number)), call.result()
+        with self._lock:
+            for index, (number, call) in enumerate(self._calls):
+                if call.done():
+                    del self._calls[index]
+                    return SimpleNamespace(request_id=SimpleNamespace(sequence_number=number)), call.result()
         return None, None
 
     def service_server_is_available(self) -> bool:

@@ -132,6 +132,28 @@ def test_a_bare_client_gives_each_response_with_its_number(node: Node, spin: Spi
     assert got == sent
 
 
+def test_a_response_that_comes_while_its_request_is_sent_is_taken(node: Node, spin: Spin) -> None:
+    node.create_service(SetBool, 'switch', lambda _, response: response)
+    spin(node)
+    bare = _rclpy.Client(node.handle, SetBool, 'switch', PROFILE)
+    wait_until(node.context, bare.service_server_is_available)
+    begin, taken = bare.begin, []
+    taker = threading.Thread(target=lambda: taken.append(bare.take_response(SetBool.Response)))
+
+    def begin_slowly(request: Any, timeout: float | None) -> Any:
+        call = begin(request, timeout)
+        result_of(call)
+        taker.start()
+        taker.join(0.1)
+        return call
+
+    bare.begin = begin_slowly  # type: ignore[method-assign]
+    bare.send_request(SetBool.Request())
+    taker.join(PATIENCE)
+    ((_, response),) = taken
+    assert response == SetBool.Response()
+
+
 def test_a_bare_guard_condition_wakes_a_wait_set_and_a_waitable(node: Node, spin: Spin) -> None:
     with node.context.handle as handle:
         bare = _rclpy.GuardCondition(handle)
