@@ -1,10 +1,11 @@
-"""A mission on an action server of the real rclpy: its runner is killed, and no goal runs twice."""
+"""A mission on an action server of the real rclpy: runner and server are killed, and no goal runs twice.
+
+A tap notes each goal on the wire if this process may read the packets of the loopback interface.
+"""
 
 from __future__ import annotations
 
 import os
-import time
-from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,56 +15,57 @@ from helpers import real_rclpy
 from helpers.chance import fresh_chance
 from helpers.environments import Environment
 from helpers.isolation import isolated_env
+from helpers.killed_missions import (
+    World,
+    assert_each_was_executed_once,
+    assert_none_was_sent_to_a_server_that_knew_it,
+    may_read_packets,
+)
 from helpers.processes import Program
 from helpers.wires import DDS
 
 from goalwire.transport.dds import CHOICE, NATIVE
 
 PROGRAMS = Path(__file__).parent / 'programs'
+TAP = Path(__file__).parents[1] / 'missions' / 'programs' / 'tap_dds.py'
 KILLS = int(os.environ.get('GOALWIRE_TEST_MISSION_KILLS', '5'))
-PLACES = 2 * KILLS
 FAST_DDS = 'rmw_fastrtps_cpp'
-IN_TIME = 120.0
 
 
 @pytest.mark.long
-@pytest.mark.timeout(3600)
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize('victims', ['client', 'server', 'both'])
 def test_no_goal_runs_twice_at_a_server_of_the_real_rclpy(
-    install: Callable[..., Environment], tmp_path: Path, record_property: Callable[[str, object], None]
+    victims: str,
+    install: Callable[..., Environment],
+    tmp_path: Path,
+    record_property: Callable[[str, object], None],
 ) -> None:
     if not real_rclpy.EXISTS:
         pytest.skip(real_rclpy.WHY_NOT)
     python = install(*real_rclpy.KILTED).python
-    world = isolated_env(DDS) | {'RMW_IMPLEMENTATION': FAST_DDS}
-    ours = world | {CHOICE: NATIVE, 'AMENT_PREFIX_PATH': str(python.parents[1])}
-    executions = tmp_path / 'executions.txt'
-    mission = f'{PROGRAMS / "vendor_rounds.py"}:rounds'
-    arguments = ('mission', 'run', '-j', str(tmp_path / 'm.db'), '--id', 'm', mission, str(PLACES))
+    env = isolated_env(DDS) | {'RMW_IMPLEMENTATION': FAST_DDS}
     chance = fresh_chance(record_property)
+
+    def start_base(executions: Path) -> Program:
+        return Program(PROGRAMS / 'vendor_drives.py', str(executions), env=env, python=python)
+
     with ExitStack() as stack:
-        drives = Program(PROGRAMS / 'vendor_drives.py', str(executions), env=world, python=python)
-        stack.enter_context(drives).expect('^ready$')
-
-        def start() -> Program:
-            return stack.enter_context(Program(Path('-m'), 'goalwire', *arguments, env=ours))
-
-        runner, kills, last_step = start(), 0, 0
-        while kills < KILLS:
-            found = runner.expect(
-                r'step (\d+): goal drive begins|asks: |^Mission succeeded|^goalwire: ', IN_TIME
-            )
-            assert 'begins' in found[0], runner.output
-            if int(found[1] or 0) <= last_step and chance.random() < 0.9:
-                continue  # a runner first repeats what its mission has done
-            last_step = max(last_step, int(found[1] or 0))
-            time.sleep(chance.random())  # any moment will do
-            runner.kill()
-            runner.wait()
-            runner, kills = start(), kills + 1
-        assert 'succeeded' in runner.expect('asks: |^Mission succeeded|^goalwire: ', 5 * IN_TIME)[0]
-    record_property('kills', kills)
-    begun = Counter(
-        line.split()[0] for line in executions.read_text(encoding='utf-8').splitlines() if 'begun' in line
-    )
-    assert len(begun) == PLACES
-    assert set(begun.values()) == {1}
+        world = World(
+            tmp_path,
+            stack,
+            start_base=start_base,
+            mission=PROGRAMS / 'vendor_rounds.py',
+            places=2 * KILLS,
+            env=env | {CHOICE: NATIVE, 'AMENT_PREFIX_PATH': str(python.parents[1])},
+            tap=TAP if may_read_packets() else None,
+        )
+        world.kill_often(victims, KILLS, chance)
+    record_property('kills', world.kills)
+    record_property('questions', world.questions())
+    record_property('tapped', world.is_tapped)
+    assert_each_was_executed_once(world)
+    if world.is_tapped:
+        assert_none_was_sent_to_a_server_that_knew_it(world)
+    assert victims != 'client' or world.questions() == 0
+    assert world.kills >= KILLS * 0.8

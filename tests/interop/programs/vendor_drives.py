@@ -1,4 +1,7 @@
-"""Serves the action `drive` under the real rclpy, and writes each execution and refusal into a file."""
+"""Serves the action `drive` under the real rclpy, and writes each execution into a file.
+
+`-` stands where servers of goalwire write how many goals they have refused: rclpy does not count them.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,9 @@ executions = Path(sys.argv[1]).open('a', encoding='utf-8')  # noqa: SIM115 - for
 
 def drive(goal: ServerGoalHandle) -> Fibonacci.Result:
     goal_id = bytes(goal.goal_id.uuid).hex()
-    print(goal_id, 'begun', file=executions, flush=True)
+    print(goal_id, 'begun', '-', time.monotonic(), file=executions, flush=True)
     time.sleep(0.5)
-    print(goal_id, 'ended', file=executions, flush=True)
+    print(goal_id, 'ended', '-', time.monotonic(), file=executions, flush=True)
     goal.succeed()
     return Fibonacci.Result(sequence=[goal.request.order])
 
