@@ -257,7 +257,7 @@ def test_an_error_stands_last_and_children_that_still_start_end_without_tracebac
     assert ended.code == 1
     lines = ended.out.splitlines()
     assert lines[-1] == f'[ERROR] [launch]: {file}:8: RuntimeError: no map'
-    assert any('[slow-1]: process was ended before it had begun' in line for line in lines)
+    assert any('[slow-1]: process was interrupted while it was still starting' in line for line in lines)
     assert 'Traceback' not in ended.out
     assert len(lines) <= 7
 

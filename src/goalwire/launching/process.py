@@ -335,7 +335,7 @@ class ExecuteLocal(Action):
             if lines is not None:
                 lines.flush()
         if code and self._stderr is not None and self._stderr.was_interrupted_early:
-            logger.info(f'process was ended before it had begun [pid {child.pid}]')
+            logger.info(f'process was interrupted while it was still starting [pid {child.pid}]')
         elif code == 0:
             logger.info(f'process has finished cleanly [pid {child.pid}]')
         else:

@@ -161,7 +161,7 @@ def test_whoever_asks_on_without_reading_loses_its_link(monkeypatch: pytest.Monk
         cable.links[1].outgoing.send(DATA_CHANNEL, REQUEST_FOR_K)
         cable.carry()
     assert isinstance(cable.ends[0], ZenohProtocolError)
-    assert 'leaves answers of 3 MiB unread' in str(cable.ends[0])
+    assert 'leaves over 3 MiB of answers unread' in str(cable.ends[0])
     assert cable.wires[0].waits <= 1  # the last answer, which was beyond the limit
     assert client.refused == server.refused == []
 

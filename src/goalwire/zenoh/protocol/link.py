@@ -238,7 +238,7 @@ class Link:
         """Raise ZenohProtocolError if the other side sends more queries without reading the answers."""
         if self.outgoing.queue.size > bounds.UNREAD_LIMIT:
             raise ZenohProtocolError(
-                f'it asks, and leaves answers of {bounds.UNREAD_LIMIT >> 20} MiB unread', UNRESPONSIVE
+                f'the other side leaves over {bounds.UNREAD_LIMIT >> 20} MiB of answers unread', UNRESPONSIVE
             )
 
     # ---- network messages

@@ -128,7 +128,9 @@ class Page:
             if view is not None:
                 view.refresh()
         except GoalwireError as error:
-            self.session.node.logger.warning(f'the page: {peer_text(error)}', throttle_duration_sec=5.0)
+            self.session.node.logger.warning(
+                f'a page of the console cannot be refreshed: {peer_text(error)}', throttle_duration_sec=5.0
+            )
         return view.period if view is not None else 0.5
 
     def refresh_soon(self) -> None:
