@@ -87,7 +87,7 @@ class PublisherCore(Generic[MsgT]):
             ) from None
 
     def _destroyed_error(self) -> InvalidHandle:
-        """Make the error of a publication that comes too late."""
+        """Make the error for a publication after the publisher or its node was destroyed."""
         call = 'destroy_node() of its node' if self.node.destroyed else 'destroy_publisher()'
         return InvalidHandle(
             f"cannot publish on '{self.full_name}' because destruction was requested: "

@@ -70,7 +70,7 @@ class BlockingWaitSet(WaitSet):
         pointers = self._pointers.get(entity_type, ())
         return [pointer for pointer, ready in zip(pointers, self._ready[entity_type], strict=True) if ready]
 
-    # -- what it does within
+    # -- internals
 
     def _add(self, kind: Kind, handle: object) -> int:
         index = super()._add(kind, handle)

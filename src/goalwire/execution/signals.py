@@ -141,7 +141,10 @@ class SignalListener:
                     wire_poller.interrupt()
 
     def _has_more(self) -> bool:
-        """Wait for a number in the pipe until the main thread is to be asked next; True if one has come."""
+        """Wait until the pipe has the number of a signal, or the next SIGURG to the main thread is due.
+
+        Return True if there is a number.
+        """
         if sys.platform == 'win32':
             return False
         left_ns = self._heard_ns + _ASKED_AT_NS[self._asked] - STEADY.now()

@@ -19,7 +19,7 @@ KINDS = ('msg', 'srv', 'action')
 LEVELS = 4
 FOLDERS = 1000
 ENTRIES = 100_000
-COMPARED = 100  # definitions of two packages with one name that are compared at most
+COMPARED = 100  # two packages with one name are compared if neither has more definitions
 IGNORED = frozenset({'build', 'install', 'log', 'node_modules', '__pycache__', 'site-packages'})
 IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 

@@ -1,7 +1,8 @@
 """Who may open the page: whoever shows the token of this console, or somebody whom its keystore knows.
 
 With an identity (GOALWIRE_SECURITY) each visitor signs in under a name of the policy, by a token or by a
-client certificate. Without one there is a single token for all, or none on this machine alone.
+client certificate. Without an identity all visitors show the same token; they need none if only this machine
+can reach the page.
 """
 
 from __future__ import annotations

@@ -60,7 +60,9 @@ class ActionSide(Protocol):
     logger: RcutilsLogger
     destroyed: bool
     arrivals: ResponseTicks
-    """Gives the executor a turn for each answer that no blocked thread waits for."""
+    """Has the executor do one empty turn for each answer that no blocked thread waits for, so that
+    `spin_once` returns.
+    """
 
     @property
     def default_timeout(self) -> float | None:

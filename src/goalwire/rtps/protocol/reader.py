@@ -90,7 +90,7 @@ class Reader:
         self._wire.run(partial(setattr, self._requests, 'is_paused', True), None)
 
     def resume(self) -> None:
-        """Deliver samples again. May be called on any thread."""
+        """End the pause: deliver the samples held back so far, then later ones. Any thread may call this."""
         self._wire.run(self._resume, None)
 
     def _resume(self) -> None:

@@ -224,8 +224,8 @@ class QueueingWriter(Writer):
         if self._guard is not None and self._guard.is_silent:
             self.discard_waiting()
         failure: LocalError | None = None
-        # The lock is held during the write, which does not block. So this thread sends nothing after
-        # `discard_waiting`: a message in its hand would go to the next server.
+        # The lock is held during the write, which does not block. Otherwise `discard_waiting` could run just
+        # before the write, and a discarded message would go to the next server.
         with self._lock:
             if not self._waiting:
                 return False

@@ -45,7 +45,7 @@ def add_cancel_arguments(parser: ArgumentParser) -> None:
 
 
 def cancel(arguments: Namespace, _output: Output) -> None:
-    """Let the mission's goal be cancelled, and what it did be undone. Raises CommandError."""
+    """Tell the runner to cancel the mission's goal and to run its undo steps. Raises CommandError."""
     _leave(arguments, 'cancel', undo=not arguments.no_undo)
 
 
