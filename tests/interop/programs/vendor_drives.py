@@ -1,6 +1,7 @@
 """Serves the action `drive` under the real rclpy, and writes each execution into a file.
 
 `-` stands where servers of goalwire write how many goals they have refused: rclpy does not count them.
+Every eighth goal takes longer, so that a runner that was killed and started again finds it running.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ executions = Path(sys.argv[1]).open('a', encoding='utf-8')  # noqa: SIM115 - for
 def drive(goal: ServerGoalHandle) -> Fibonacci.Result:
     goal_id = bytes(goal.goal_id.uuid).hex()
     print(goal_id, 'begun', '-', time.monotonic(), file=executions, flush=True)
-    time.sleep(0.5)
+    time.sleep(5.0 if goal.request.order % 8 == 3 else 0.5)
     print(goal_id, 'ended', '-', time.monotonic(), file=executions, flush=True)
     goal.succeed()
     return Fibonacci.Result(sequence=[goal.request.order])

@@ -1,6 +1,8 @@
 """Serves the action `drive`, and writes each execution into the file that it is given.
 
 `base.py EXECUTIONS [JOURNAL]`
+
+Every eighth goal takes longer, so that a runner that was killed and started again finds it running.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ async def main(path: str, journal: str | None = None) -> None:
 
             async def drive(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
                 note(goal.goal_id, 'begun')
-                await asyncio.sleep(0.5)
+                await asyncio.sleep(5.0 if goal.request.order % 8 == 3 else 0.5)
                 note(goal.goal_id, 'ended')
                 return Fibonacci.Result(sequence=[goal.request.order])
 
