@@ -144,7 +144,7 @@ class Workers(Executor):
             if source is None and self._spins.count:
                 source = self._next()
             if source is not None:
-                self._ensure_polled(source, thread)
+                self._run_callback(source, thread)
                 continue
             taking.discard(thread)
             if self._drains:
@@ -168,7 +168,7 @@ class Workers(Executor):
     def _is_wanted(self) -> bool:
         return bool(self._spins.count) or self._retires()
 
-    def _ensure_polled(self, source: CallbackSource, thread: threading.Thread) -> None:
+    def _run_callback(self, source: CallbackSource, thread: threading.Thread) -> None:
         # The worker enters `busy`, then leaves `taking`: so at each moment it is in at least one of them. An
         # error is noted before the worker leaves `busy`, so a spin that waits for the worker finds it.
         busy = self._pool.busy
