@@ -26,7 +26,7 @@ from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.timer import Timer
-from goalwire.execution.waiting import WireWaiter
+from goalwire.execution.waiting import LockWaiter, WireWaiter
 from goalwire.rules.time import ClockType
 from goalwire.transport.contract import Session
 
@@ -279,3 +279,41 @@ def test_an_endless_spin_beside_one_for_a_future_runs_the_work_of_both(
         event_queue.deliver(4)
         got.expect(4)
         assert not endless.ended.is_set()
+
+
+class Late(MultiThreadedExecutor):
+    """A spin that has found its future done goes on after the worker has ended its callback."""
+
+    def __init__(self, context: SmallContext) -> None:
+        super().__init__(4, context=context)
+        self.future: Future[None] = Future()
+        self.looked = threading.Event()
+        self.idle = threading.Event()
+
+    def _raise_failure(self) -> None:
+        super()._raise_failure()
+        if self.future.done() and not self.looked.is_set():
+            self.looked.set()
+            assert soon(self.idle)
+
+    def _sleep_at_queue(self, waiter: WireWaiter, on_lock: LockWaiter) -> None:
+        if self.looked.is_set():
+            self.idle.set()
+        super()._sleep_at_queue(waiter, on_lock)
+
+
+def test_a_spin_raises_the_error_of_the_callback_that_has_completed_its_future(
+    context: SmallContext, node: SmallNode
+) -> None:
+    with Late(context) as executor:
+        executor.add_node(node)
+
+        def complete(_: None) -> None:
+            executor.future.set_result(None)
+            assert soon(executor.looked)
+            raise ValueError('just afterwards')
+
+        event_queue: EventQueue[None] = EventQueue(node.work_queue, None, complete)
+        event_queue.deliver(None)
+        with pytest.raises(ValueError, match='just afterwards'):
+            executor.spin_until_future_complete(executor.future, PATIENCE)

@@ -155,6 +155,8 @@ class MultiThreadedExecutor(Workers):
                 # is left for which this spin would have to wait.
                 if self._ready.items or self._pool.taking or self._pool.busy:
                     self._await_drain(waiter, deadline)
+                else:
+                    self._raise_failure()  # the error of a callback that ended after the first look
                 return
             if not self._wait(waiter, deadline):
                 return
