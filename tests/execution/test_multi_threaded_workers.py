@@ -16,7 +16,7 @@ from typing import Any, cast
 import pytest
 from helpers.collector import Collector
 from helpers.execution import SmallContext, SmallNode, Spinning
-from helpers.patience import PATIENCE, soon
+from helpers.patience import PATIENCE, soon, wait_for
 
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import Poller
@@ -317,3 +317,40 @@ def test_a_spin_raises_the_error_of_the_callback_that_has_completed_its_future(
         event_queue.deliver(None)
         with pytest.raises(ValueError, match='just afterwards'):
             executor.spin_until_future_complete(executor.future, PATIENCE)
+
+
+class Paused(MultiThreadedExecutor):
+    """Its worker gets work as soon as it sleeps; when that has woken it, the spin ends before it goes on."""
+
+    def __init__(self, context: SmallContext) -> None:
+        super().__init__(4, context=context)
+        self.deliver: Callable[[], object] = bool
+        self.go_on = threading.Event()
+
+    def _is_misplaced(self) -> bool:
+        deliver, self.deliver = self.deliver, bool
+        deliver()
+        return super()._is_misplaced()
+
+    def _sleep_at_queue(self, waiter: WireWaiter, on_lock: LockWaiter) -> None:
+        super()._sleep_at_queue(waiter, on_lock)
+        if not self.go_on.is_set():
+            self._fail(ValueError('the spin is over'))
+            assert soon(self.go_on)
+
+
+def test_work_that_woke_a_worker_as_the_spin_ended_reaches_a_spin_once(
+    context: SmallContext, node: SmallNode
+) -> None:
+    with Paused(context) as executor:
+        executor.add_node(node)
+        got: Collector[int] = Collector()
+        event_queue: EventQueue[int] = EventQueue(node.work_queue, None, got)
+        with Spinning(executor, executor.spin_once) as once:
+            wait_for(lambda: executor._ready.sleepers == 1, 'spin_once to sleep')
+            executor.deliver = partial(event_queue.deliver, 1)
+            with pytest.raises(ValueError, match='is over'):
+                executor.spin_until_future_complete(Future(), PATIENCE)
+            executor.go_on.set()
+            got.expect(1)
+            assert soon(once.ended)

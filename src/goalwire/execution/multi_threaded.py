@@ -209,7 +209,7 @@ class MultiThreadedExecutor(Workers):
     def _close(self, waiter: Waiter) -> None:
         spins, reads = self._spins, self._spins.end(waiter)
         # The workers leave the wire, or the descriptors, of which they are to read nothing any more.
-        if not (reads or spins.by_workers) or (self._fd_selector.watched and not spins.count):
+        if not (reads or spins.by_workers) or (not spins.count and self._leaves_work()):
             self._ready.wake_all()
 
     def _fail(self, error: BaseException) -> None:

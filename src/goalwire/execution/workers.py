@@ -114,6 +114,17 @@ class Workers(Executor):
             or (self._watcher is None and self._timer_heap.heap)
         )
 
+    def _leaves_work(self) -> bool:
+        """Tell whether the last spin leaves work, timers or descriptors, for which others may sleep here.
+
+        A worker that was woken for this work does nothing without a spin. So the end of the spin wakes all
+        others, such as a thread in `spin_once`, and they look themselves.
+        """
+        ready = self._ready
+        return bool(
+            ready.has_work or self._fd_selector.watched or (self._watcher is None and self._timer_heap.heap)
+        )
+
     def _send_somebody(self) -> None:
         """Have a worker look at the queues: wake one, or start one if none sleeps."""
         if self._handed_over.sleepers:
