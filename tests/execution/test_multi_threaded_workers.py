@@ -354,3 +354,34 @@ def test_work_that_woke_a_worker_as_the_spin_ended_reaches_a_spin_once(
             executor.go_on.set()
             got.expect(1)
             assert soon(once.ended)
+
+
+def test_a_long_callback_does_not_keep_the_other_workers_from_the_wire(
+    multi: MultiThreadedExecutor, node: SmallNode, wire: Wire
+) -> None:
+    multi.add_node(node)
+    group = ReentrantCallbackGroup()
+    got: Collector[int] = Collector()
+    quick: EventQueue[int] = EventQueue(node.work_queue, group, got)
+    future: Future[None] = Future()
+    waits, answered = threading.Event(), threading.Event()
+
+    def wait(_: None) -> None:
+        waits.set()
+        assert answered.wait(PATIENCE / 2)
+
+    slow: EventQueue[None] = EventQueue(node.work_queue, group, wait)
+    with Spinning(multi, lambda: multi.spin_until_future_complete(future, PATIENCE)) as spinning:
+        wire.receive = partial(quick.deliver, 1)
+        for number in range(1, 21):
+            wire.send()
+            got.expect(number)
+        wire.receive = partial(slow.deliver, None)
+        wire.send()
+        assert soon(waits)
+        wire.receive = answered.set
+        wire.send()
+        assert soon(answered)
+        future.set_result(None)
+        assert soon(spinning.ended)
+    assert spinning.error is None

@@ -224,6 +224,7 @@ class Workers(Executor):
         """Sleep at the ready queue: on the wire in `waiter` if the workers read it, else on the lock."""
         if self._spins.callbacks >= _MANY and self._spins.reading:
             self._spins.leave_to_workers()
+            self._ready.wake_all()  # the workers that sleep on their locks go on to the wire
         place = waiter if self._spins.by_workers else on_lock
         watches = self._watcher is None and bool(self._timer_heap.heap or self._fd_selector.watched)
         if watches:
