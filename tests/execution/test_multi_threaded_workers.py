@@ -385,3 +385,46 @@ def test_a_long_callback_does_not_keep_the_other_workers_from_the_wire(
         future.set_result(None)
         assert soon(spinning.ended)
     assert spinning.error is None
+
+
+def test_a_spin_inside_a_callback_leaves_a_worker_at_the_queue_when_it_ends(
+    context: SmallContext, node: SmallNode
+) -> None:
+    group = ReentrantCallbackGroup()
+    begun: Collector[str] = Collector()
+    go_on = {name: threading.Event() for name in ('first', 'second', 'third', 'outer')}
+    inner: Future[None] = Future()
+    inner_threads: list[int] = []
+
+    def run(name: str) -> None:
+        if name == 'outer':
+            inner_threads.append(threading.get_ident())
+            executor.spin_until_future_complete(inner, PATIENCE)
+        begun(name)
+        assert name == 'last' or soon(go_on[name])
+
+    with MultiThreadedExecutor(2, context=context) as executor:
+        executor.add_node(node)
+        events: EventQueue[str] = EventQueue(node.work_queue, group, run)
+        with Spinning(executor) as spinning:
+            events.deliver('outer')
+            wait_for(lambda: executor._ready.sleepers == 2, 'the inner spin and the other worker to sleep')
+            for number, name in enumerate(('first', 'second'), 1):
+                events.deliver(name)
+                begun.expect(number)
+            # The inner spin falls asleep first, so that the next event wakes the other worker.
+            is_first = begun.threads[0] == inner_threads[0]
+            for number, name in enumerate(('first', 'second') if is_first else ('second', 'first'), 1):
+                go_on[name].set()
+                wait_for(lambda number=number: executor._ready.sleepers == number, 'it to sleep')
+            executor._pool.raise_limit(1)
+            events.deliver('third')
+            begun.expect(3)
+            assert begun.threads[2] not in inner_threads
+            inner.set_result(None)
+            begun.expect(4)
+            events.deliver('last')  # while both workers are in callbacks that wait for it
+            begun.expect(5, PATIENCE / 2)
+            for event in go_on.values():
+                event.set()
+        assert spinning.error is None

@@ -129,7 +129,11 @@ class Workers(Executor):
         """Have a worker look at the queues: wake one, or start one if none sleeps."""
         if self._handed_over.sleepers:
             self._handed_over.wake_one()
-            return
+        elif not self._wake_worker():
+            self._pool.start_worker()
+
+    def _wake_worker(self) -> bool:
+        """Wake the worker that fell asleep last at the ready queue; False if none sleeps there."""
         wakers = self._ready.wakers
         for waiter in reversed(self._asleep.copy()):
             try:
@@ -137,8 +141,8 @@ class Workers(Executor):
             except ValueError:
                 continue  # another thread has woken this worker, for other work
             waiter.wake()
-            return
-        self._pool.start_worker()
+            return True
+        return False
 
     # -- the workers
 
@@ -214,11 +218,15 @@ class Workers(Executor):
     def _keep_watch(self) -> None:
         """Make sure that another worker sleeps at the queue while the calling worker runs a callback."""
         if not self._spins.count:
+            if self._handed_over.items:
+                self._send_somebody()  # two threads in `spin_once` have woken the calling worker alone
             return
-        if not self._ready.wakers:
+        # Threads in `spin_once`, or in a spin inside a callback, may sleep at the queue, too. They do not
+        # count, since they wake no worker when they leave.
+        if not self._asleep:
             self._send_somebody()
         elif self._watcher is None and (self._timer_heap.heap or self._fd_selector.watched):
-            self._ready.wake_one()
+            self._wake_worker()
 
     def _sleep_at_queue(self, waiter: WireWaiter, on_lock: LockWaiter) -> None:
         """Sleep at the ready queue: on the wire in `waiter` if the workers read it, else on the lock."""
