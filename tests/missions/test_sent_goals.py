@@ -106,6 +106,48 @@ def test_a_goal_whose_result_nobody_took_is_cancelled(base: Base, place: int) ->
     play(scenario)
 
 
+@mission()
+async def rest_first(m: Steps) -> None:
+    async with m.action(Fibonacci, 'drive').send(order=1) as sent:
+        await m.sleep(5.0)
+        await sent.result()
+
+
+def test_a_mission_that_is_cancelled_before_it_takes_the_result_cancels_the_goal(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), base.runner() as runner:
+            run = await runner.start(rest_first, id='m')
+            await robot.until(1)
+            await runner.pause('m')
+            await asyncio.sleep(10.0)  # it waits before the step that takes the result
+            assert run.state is MissionState.PAUSED
+            await runner.cancel('m')
+            await run.ended.wait()
+            assert run.state is MissionState.CANCELED
+            assert robot.cancelled == [1]
+
+    play(scenario)
+
+
+@mission()
+async def gather_results(m: Steps) -> None:
+    drive = m.action(Fibonacci, 'drive')
+    async with drive.send(order=1) as first, drive.send(order=2) as second:
+        await asyncio.gather(first.result(), second.result())
+
+
+def test_a_mission_that_takes_results_in_other_tasks_fails_and_cancels_its_goals(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), base.runner() as runner:
+            with pytest.raises(MissionFailed, match='one step after the other'):
+                await (await runner.start(gather_results)).wait()
+            assert sorted(robot.cancelled) == [1, 2]
+
+    play(scenario)
+
+
 @pytest.mark.parametrize('undo', [True, False])
 def test_cancelling_the_mission_cancels_a_goal_that_was_sent(base: Base, undo: bool) -> None:
     async def scenario() -> None:
@@ -224,7 +266,7 @@ def test_a_result_that_does_not_come_in_time_cancels_the_goal(base: Base) -> Non
         robot = Robot()
         async with robot.served(), base.runner() as runner:
             assert await (await runner.start(too_slow)).wait() == 'in time'
-        assert robot.cancelled == [1]
+            assert robot.cancelled == [1]  # not only by the end of its server
 
     play(scenario)
 

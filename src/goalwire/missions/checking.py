@@ -25,7 +25,14 @@ class _JournalIsOver(BaseException):
 class _Nobody:
     """A performer that carries out no step."""
 
-    async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome:  # noqa: ARG002
+    async def perform(
+        self,
+        history: StepHistory,  # noqa: ARG002
+        how: Perform,  # noqa: ARG002
+        *,
+        is_undoing: bool,  # noqa: ARG002
+        always_begins: bool,  # noqa: ARG002
+    ) -> Outcome:
         raise _JournalIsOver
 
 

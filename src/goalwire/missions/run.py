@@ -176,10 +176,12 @@ class MissionRun:
 
     # -- steps ---------------------------------------------------------------------------------------------
 
-    async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome:
+    async def perform(
+        self, history: StepHistory, how: Perform, *, is_undoing: bool, always_begins: bool
+    ) -> Outcome:
         """Carry out a step that has not ended, and write its outcome."""
         await self._gate.wait()
-        if self.stop is not None and not is_undoing and history.intent is None:
+        if self.stop is not None and history.intent is None and not (is_undoing or always_begins):
             outcome = Outcome(error=self.make_stop_error())
         else:
             outcome = await how(LiveStep(self, history, is_undoing=is_undoing))

@@ -11,7 +11,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import AbstractContextManager, suppress
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from goalwire.errors import CallError, MissionError
+from goalwire.errors import CallError, MissionError, MissionStopped, StepFailed, StepLost
 from goalwire.missions.goal_step import CANCEL_S, GoalRequest, GoalRun, GoalStep, Move
 from goalwire.missions.live_step import Interrupted, LiveStep
 from goalwire.missions.outcomes import Outcome
@@ -98,9 +98,12 @@ class SentGoal(Generic[ResultT]):
         def how(step: LiveStep) -> Awaitable[Outcome]:
             return _ResultStep(step, request, bytes.fromhex(goal_id), is_done=self._is_done).perform()
 
+        # The step begins although the mission was stopped: it then cancels the goal. So each of these errors
+        # says how the goal ended. After any other error the goal goes on until the block is left.
         try:
-            self._outcome = Outcome(await self._step(key, how, request.action_type.Result))
-        except Exception as error:
+            result = await self._step(key, how, request.action_type.Result, always_begins=True)
+            self._outcome = Outcome(result)
+        except (CallError, MissionStopped, StepFailed, StepLost) as error:
             self._outcome = Outcome(error=error)
 
     async def __aexit__(

@@ -41,7 +41,9 @@ Perform = Callable[[LiveStep], Awaitable[Outcome]]
 class Performer(Protocol):
     """Carries out steps that have not ended in the journal."""
 
-    async def perform(self, history: StepHistory, how: Perform, *, is_undoing: bool) -> Outcome: ...
+    async def perform(
+        self, history: StepHistory, how: Perform, *, is_undoing: bool, always_begins: bool
+    ) -> Outcome: ...
 
 
 class Steps:
@@ -177,8 +179,18 @@ class Steps:
 
     # -- how a step goes -----------------------------------------------------------------------------------
 
-    async def step(self, key: StepKey, how: Perform, message_type: type | None = None) -> Any:
-        """Return the step's outcome from the journal, or carry the step out now."""
+    async def step(
+        self,
+        key: StepKey,
+        how: Perform,
+        message_type: type | None = None,
+        *,
+        always_begins: bool = False,
+    ) -> Any:
+        """Return the step's outcome from the journal, or carry the step out now.
+
+        With `always_begins`, it begins although the mission was stopped, and is interrupted by that.
+        """
         if asyncio.current_task() is not self._task:
             raise MissionError(
                 f'{key}: a mission does one step after the other; call its steps in its own task, '
@@ -192,7 +204,9 @@ class Steps:
             if ended is not None:
                 outcome = outcome_of(ended, message_type)
             else:
-                outcome = await self._performer.perform(history, how, is_undoing=self._undoing > 0)
+                outcome = await self._performer.perform(
+                    history, how, is_undoing=self._undoing > 0, always_begins=always_begins
+                )
         except DoesNotFit as error:
             self._does_not_fit = error
             raise
