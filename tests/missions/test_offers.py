@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from typing import Any
 from uuid import UUID, uuid4
 
 import pytest
@@ -14,6 +15,7 @@ from helpers.missions import Base, Robot, play
 import goalwire
 from goalwire.errors import GoalAborted, GoalCanceled, GoalIdTaken, GoalRefused
 from goalwire.missions import MissionState, Runner, Steps, mission, offer
+from goalwire.missions.writer import Writer
 
 ORDER = UUID('6ba7b810-9dad-41d1-80b4-00c04fd430c8')
 
@@ -158,6 +160,41 @@ def test_cancelling_the_goal_cancels_the_mission_and_undoes_it(base: Base) -> No
             assert mission_run.state is MissionState.CANCELED
         assert robot.places == [3, 0]
         assert robot.cancelled == [3]
+
+    play(scenario)
+
+
+def test_a_goal_that_is_cancelled_while_its_mission_is_written_cancels_the_mission(
+    base: Base, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written, go_on = asyncio.Event(), asyncio.Event()
+    run_in_thread = Writer.run
+
+    async def run_slowly(writer: Writer, function: Callable[[], Any]) -> Any:
+        value = await run_in_thread(writer, function)
+        is_there = await run_in_thread(writer, lambda: writer.store.mission(ORDER.hex)) is not None
+        if is_there and not written.is_set():
+            written.set()
+            await go_on.wait()
+        return value
+
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            async with offered(base) as runner, goalwire.Node('brain') as node:
+                monkeypatch.setattr(Writer, 'run', run_slowly)
+                async with node.action(Fibonacci, 'fetch').send(order=3, goal_id=ORDER) as run:
+                    await written.wait()
+                    cancelling = asyncio.ensure_future(run.cancel())
+                    await asyncio.sleep(1.0)
+                    go_on.set()
+                    await cancelling
+                    with pytest.raises(GoalCanceled):
+                        await run.result
+                [mission_run] = runner.missions()
+                assert mission_run.state is MissionState.CANCELED
+            async with offered(base) as runner:  # this one finds no mission to go on with
+                assert not runner.missions()
 
     play(scenario)
 

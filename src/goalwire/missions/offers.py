@@ -47,18 +47,23 @@ def offer(
 
     async def carry_out(goal: goalwire.Goal[GoalT, FeedbackT]) -> ResultT:
         id_ = goal.goal_id.hex()
+        request = goal.request
+        beginning = asyncio.ensure_future(
+            runner.start(definition, *arguments(request), id=id_, priority=priority(request))
+        )
         try:
-            run = await runner.start(
-                definition, *arguments(goal.request), id=id_, priority=priority(goal.request)
-            )
+            # If the goal is cancelled while the mission is written, the mission begins all the same, and is
+            # cancelled, too. Otherwise the next runner would find it in the journal and carry it out.
+            run = await asyncio.shield(beginning)
+            await run.ended.wait()
         except (MissionIdTaken, JournalError) as error:
             raise GoalAborted(str(error)) from error
-        try:
-            await run.ended.wait()
         except asyncio.CancelledError:
-            if goal.is_canceled:  # the node may also be closing: then the mission goes on later
+            await asyncio.wait([beginning])
+            if beginning.exception() is None and goal.is_canceled:
+                # Without `is_canceled` the node is closing: then the mission goes on later.
                 await runner.cancel(id_)
-                await run.ended.wait()
+                await beginning.result().ended.wait()
             raise
         return _result_of(run, result)
 
