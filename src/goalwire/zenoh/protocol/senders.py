@@ -11,7 +11,6 @@ from collections.abc import Callable, Container
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from goalwire.errors import EncodeError
 from goalwire.zenoh.protocol.channels import channel_of
 from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.incoming_queries import LocalQuery
@@ -157,7 +156,7 @@ class Publication:
             try:
                 if lent and not loan.write(payload):
                     return links  # the session is closing, and has taken all loans back
-            except EncodeError:  # another thread has changed the message
+            except BaseException:  # another thread has changed the message, or a signal handler has raised
                 _take_back(lent)
                 raise
             self._send_pointers(lent, begin)

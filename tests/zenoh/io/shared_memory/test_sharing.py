@@ -212,7 +212,7 @@ def test_a_message_in_parts_is_copied_once_into_shared_memory(
     assert (parts._joined is None) == (settings is WITH_OWN)
 
 
-def test_a_message_that_another_thread_makes_longer_keeps_no_chunk(open_pair: OpenPair) -> None:
+def test_a_message_that_another_thread_changes_keeps_no_chunk(open_pair: OpenPair) -> None:
     one, other = open_pair()
     exchange(one, other, 20)
     wait_for(lambda: not lent(one), 'every chunk to come back')
@@ -224,6 +224,11 @@ def test_a_message_that_another_thread_makes_longer_keeps_no_chunk(open_pair: Op
     for _ in range(3):
         with pytest.raises(EncodeError, match='changed its length'):
             put_parts(one, Parts([numbers], len(numbers) - 1, 'some_msgs/msg/Numbers'))
+    gone = memoryview(bytes(100_000))
+    parts = Parts([gone], len(gone), 'some_msgs/msg/Numbers')
+    gone.release()
+    with pytest.raises(ValueError, match='released'):
+        put_parts(one, parts)
     assert not lent(one)
     put_parts(one, Parts([numbers], len(numbers), 'some_msgs/msg/Numbers'))
     assert [payload for _, payload in heard.wait(1)] == [numbers.tobytes()]
