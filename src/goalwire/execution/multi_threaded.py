@@ -135,8 +135,9 @@ class MultiThreadedExecutor(Workers):
         self._coordinators.append(waiter)
         try:
             with StopConditionScope(self._shutdown_signal, waiter, stop):
-                self._open(waiter, endless=endless)
+                self._spins.begin(waiter, reads=not endless)
                 try:
+                    self._open(endless=endless)
                     self._await_stop(waiter, stop, deadline)
                 finally:
                     self._close(waiter)
@@ -198,8 +199,7 @@ class MultiThreadedExecutor(Workers):
             self._handed_over.post(source)
             self._send_somebody()
 
-    def _open(self, waiter: Waiter, *, endless: bool) -> None:
-        self._spins.begin(waiter, reads=not endless)
+    def _open(self, *, endless: bool) -> None:
         if endless:
             self._ready.wake_all()  # the workers that sleep on their locks go on to the wire
             self._send_somebody()
