@@ -27,7 +27,6 @@ from goalwire.execution.future import Future
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.timer import Timer
 from goalwire.execution.waiting import LockWaiter, WireWaiter
-from goalwire.execution.worker_pool import WorkerPool
 from goalwire.rules.time import ClockType
 from goalwire.transport.contract import Session
 
@@ -434,11 +433,12 @@ def test_a_spin_inside_a_callback_leaves_a_worker_at_the_queue_when_it_ends(
 def test_a_spin_whose_worker_cannot_start_is_over(
     multi: MultiThreadedExecutor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(_: WorkerPool) -> None:
+    def refuse(_: threading.Thread) -> None:
         raise RuntimeError("can't start new thread")
 
     with monkeypatch.context() as patch:
-        patch.setattr(WorkerPool, 'start_worker', refuse)
+        patch.setattr(threading.Thread, 'start', refuse)
         with pytest.raises(RuntimeError, match='new thread'):
             multi.spin_until_future_complete(Future(), PATIENCE)
     assert not multi.is_driven()
+    assert len(multi._pool) == 0

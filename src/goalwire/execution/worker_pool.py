@@ -68,7 +68,12 @@ class WorkerPool:
             thread = threading.Thread(target=self._run, name='goalwire-callbacks', daemon=True)
             self._threads.add(thread)
             self.serving.add(thread)
-            thread.start()
+            try:
+                thread.start()
+            except RuntimeError:  # Python refuses a further thread
+                self._threads.discard(thread)
+                self.serving.discard(thread)
+                raise
 
     def raise_limit(self, count: int) -> None:
         """Allow `count` more threads; a negative `count` takes them back."""
