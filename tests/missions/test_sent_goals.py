@@ -12,6 +12,7 @@ from std_srvs.srv import Trigger
 
 from goalwire.errors import GoalAborted, GoalCanceled, GoalRefused, MissionFailed
 from goalwire.missions import MissionState, Steps, mission
+from goalwire.missions.goal_step import CANCEL_S
 from goalwire.testing.missions import crash_everywhere
 
 
@@ -126,6 +127,22 @@ def test_a_mission_that_is_cancelled_before_it_takes_the_result_cancels_the_goal
             await run.ended.wait()
             assert run.state is MissionState.CANCELED
             assert robot.cancelled == [1]
+
+    play(scenario)
+
+
+def test_a_mission_that_is_cancelled_does_not_wait_for_a_server_that_has_gone(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), base.runner() as runner:
+            await runner.start(rest_first, id='m')
+            await robot.until(1)
+        async with base.runner(rest_first) as runner:
+            [run] = runner.missions()
+            await runner.cancel('m')
+            async with asyncio.timeout(10 * CANCEL_S):
+                await run.ended.wait()
+            assert run.state is MissionState.CANCELED
 
     play(scenario)
 

@@ -216,6 +216,11 @@ class GoalStep:
             return Outcome(error=self._interruption.error)
         return Outcome(error=failure)
 
+    @property
+    def _may_give_up(self) -> bool:
+        """True if the mission goes on without a server that cannot tell about the goal."""
+        return self._interruption is not None and self._interruption.is_stop
+
     def _gave_up(self, why: str) -> Outcome:
         assert self._interruption is not None
         error = self._interruption.error
@@ -234,7 +239,7 @@ class GoalStep:
                 conclusion = await self._conclude(found)
                 if conclusion is not None:
                     return conclusion
-                if self._interruption is not None and self._interruption.is_stop:
+                if self._may_give_up:
                     return self._gave_up(f'nobody can tell how its goal stands, it may go on: {found.why}')
                 await self._step.pause(f'{self._step.title}: {found.why}')
             except Interrupted as why:
@@ -291,7 +296,7 @@ class GoalStep:
         return await self._conclude_lost(why)
 
     async def _conclude_lost(self, why: str) -> Outcome | Move:
-        if self._interruption is not None and self._interruption.is_stop:
+        if self._may_give_up:
             return self._gave_up(f'{why}: its goal may have run')
         return await self._decide(why)
 

@@ -91,12 +91,13 @@ class SentGoal(Generic[ResultT]):
             )
         return self._goal_id
 
-    async def _take_result(self, request: GoalRequest) -> None:
+    async def _take_result(self, request: GoalRequest, *, is_leaving: bool = False) -> None:
         goal_id = self._known_id()
         key = StepKey('result', request.name, digest_of(goal_id, repr(request.timeout)))
 
         def how(step: LiveStep) -> Awaitable[Outcome]:
-            return _ResultStep(step, request, bytes.fromhex(goal_id), is_done=self._is_done).perform()
+            goal = bytes.fromhex(goal_id)
+            return _ResultStep(step, request, goal, is_done=self._is_done, is_leaving=is_leaving).perform()
 
         # The step begins although the mission was stopped: it then cancels the goal. So each of these errors
         # says how the goal ended. After any other error the goal goes on until the block is left.
@@ -115,7 +116,8 @@ class SentGoal(Generic[ResultT]):
             if not self._is_cancelled:
                 with suppress(CallError):
                     await self.cancel()
-            await self._take_result(replace(self._request, timeout=CANCEL_S, if_lost='fail'))
+            request = replace(self._request, timeout=CANCEL_S, if_lost='fail')
+            await self._take_result(request, is_leaving=True)
 
 
 class _SendStep(GoalStep):
@@ -153,14 +155,22 @@ class _SendStep(GoalStep):
 class _ResultStep(GoalStep):
     """Waits for the end of a goal that an earlier step has sent."""
 
-    def __init__(self, step: LiveStep, request: GoalRequest, goal_id: bytes, *, is_done: bool) -> None:
+    def __init__(
+        self, step: LiveStep, request: GoalRequest, goal_id: bytes, *, is_done: bool, is_leaving: bool
+    ) -> None:
+        """With `is_leaving` the goal was cancelled, and a server that has gone is not waited for."""
         super().__init__(step, request)
         self._first_id = goal_id
         self._is_done = is_done
+        self._is_leaving = is_leaving
 
     @property
     def _goal_id(self) -> bytes:
         return self._first_id if self._attempt == 1 else super()._goal_id
+
+    @property
+    def _may_give_up(self) -> bool:
+        return super()._may_give_up or (self._is_leaving and self._interruption is not None)
 
     async def perform(self) -> Outcome:
         """Return the goal's outcome."""
