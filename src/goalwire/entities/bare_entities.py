@@ -21,6 +21,8 @@ from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.rules.qos_events import EventStatus, EventType, changes_between
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from goalwire.entities.node import NodeCore
     from goalwire.entities.pending_call import PendingCall
     from goalwire.entities.qos_events import TopicEndpoint
@@ -123,14 +125,38 @@ class Service(_Held, ServiceCore):
         self.send_response(response, header)
 
 
+class _WaitingResponses:
+    """The responses of a bare client, as a wait set sees them. A client without this counts all responses."""
+
+    counts_up = False
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+
+    @property
+    def events(self) -> int:
+        """The number of responses that wait to be taken."""
+        return self._client.count_responses()
+
+    @property
+    def watchers(self) -> Sequence[Callable[[], None]]:
+        """The functions that the client calls at each response."""
+        return self._client.watchers
+
+    @watchers.setter
+    def watchers(self, watchers: Sequence[Callable[[], None]]) -> None:
+        self._client.watchers = watchers
+
+
 class Client(_Held, ClientCore):
-    """Sends requests, and keeps responses until the program takes them."""
+    """Sends requests, and keeps responses until the program takes them. It is ready while some wait."""
 
     def __init__(self, node: NodeCore, srv_type: type, name: str, qos: QoS) -> None:
         self._numbers = count(1)  # the wire's own number of a call may be gone when its answer is there
         self._calls: list[tuple[int, PendingCall]] = []
         self._lock = RLock()
         """Held while a request is sent: its response may come, and be taken, before it is in `_calls`."""
+        self.event_queue = _WaitingResponses(self)
         super().__init__(entity_of(node), service_support(srv_type), name, qos)
 
     def send_request(self, request: object) -> int:
@@ -153,6 +179,11 @@ class Client(_Held, ClientCore):
                     del self._calls[index]
                     return SimpleNamespace(request_id=SimpleNamespace(sequence_number=number)), call.result()
         return None, None
+
+    def count_responses(self) -> int:
+        """Return how many responses wait to be taken."""
+        with self._lock:
+            return sum(call.done() for _, call in self._calls)
 
     def service_server_is_available(self) -> bool:
         """Tell whether there is a server that can be called."""

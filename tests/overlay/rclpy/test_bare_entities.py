@@ -132,6 +132,23 @@ def test_a_bare_client_gives_each_response_with_its_number(node: Node, spin: Spi
     assert got == sent
 
 
+def test_a_bare_client_is_ready_while_responses_wait(node: Node, spin: Spin) -> None:
+    node.create_service(SetBool, 'switch', lambda _, response: response)
+    spin(node)
+    bare = _rclpy.Client(node.handle, SetBool, 'switch', PROFILE)
+    wait_until(node.context, bare.service_server_is_available)
+    for _ in range(2):
+        bare.send_request(SetBool.Request())
+    for _, call in bare._calls:
+        result_of(call)
+    for is_ready in (True, True, False):
+        waits = wait_set_of(node.context)  # rclpy's executors make one for each wait
+        index = waits.add_client(bare)
+        waits.wait(0)
+        assert waits.is_ready('client', index) == is_ready
+        assert (bare.take_response(SetBool.Response)[0] is not None) == is_ready
+
+
 def test_a_response_that_comes_while_its_request_is_sent_is_taken(node: Node, spin: Spin) -> None:
     node.create_service(SetBool, 'switch', lambda _, response: response)
     spin(node)
