@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 from goalwire.execution.future import Future, block_on
 from goalwire.execution.handle import entity_of
 from goalwire.execution.waitable import Kind, WaitSet, unwatch, watch
 
 if TYPE_CHECKING:
+    from goalwire.execution.waitable import Waited
     from goalwire.execution.waiting import ContextLike
+
+_reported: WeakKeyDictionary[Waited, int] = WeakKeyDictionary()
+"""How many events of each guard condition waits have reported, in all wait sets. A trigger is for one wait,
+and rclpy's executors make a wait set for each wait."""
 
 
 class BlockingWaitSet(WaitSet):
@@ -57,8 +63,10 @@ class BlockingWaitSet(WaitSet):
                     return
                 block_on(self._event, self._next_look(deadline), self._shutdown_signal)
         finally:
-            for entity in self._seen:
+            for entity, events in self._seen.items():
                 unwatch(entity, self._wake)
+                if entity.counts_up:
+                    _reported[entity] = events
 
     def get_ready_entities(self, entity_type: Kind) -> list[int]:
         """Return the `pointer` of each member of this kind that was ready at the end of the wait.
@@ -82,6 +90,9 @@ class BlockingWaitSet(WaitSet):
         super().clear()
         for ready in self._ready.values():
             ready.clear()
+
+    def _first_count(self, entity: Waited) -> int:
+        return _reported.get(entity, 0) if entity.counts_up else 0
 
     def _on_event(self) -> None:
         self._event.set_result(None)

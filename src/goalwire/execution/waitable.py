@@ -115,7 +115,7 @@ class WaitSet:
         """Watch exactly the members, and note which of them are ready."""
         wanted = {entity for entities in self._entities.values() for entity in entities}
         for entity in wanted - self._seen.keys():
-            self._seen[entity] = 0
+            self._seen[entity] = self._first_count(entity)
             # `watch` comes before the count: a later event calls `wake`, and an earlier event is counted.
             watch(entity, self._wake)
         for entity in self._seen.keys() - wanted:
@@ -135,6 +135,10 @@ class WaitSet:
     def timers(self) -> Sequence[Timer]:
         """The timers among the members."""
         return cast('list[Timer]', self._entities['timer'])
+
+    def _first_count(self, entity: Waited) -> int:  # noqa: ARG002
+        """Return the number of events of a new member that this wait set does not report."""
+        return 0
 
     def _is_ready(self, entity: Waited, events: int) -> bool:
         return events != self._seen[entity] if entity.counts_up else events > 0

@@ -193,6 +193,20 @@ def test_a_bare_guard_condition_wakes_a_wait_set_and_a_waitable(node: Node, spin
         pass
 
 
+def test_a_trigger_of_a_bare_guard_condition_is_for_one_wait(context: Context) -> None:
+    bare = _rclpy.GuardCondition(context.handle)
+    bare.trigger_guard_condition()
+    for is_ready in (True, False):
+        waits = wait_set_of(context)  # rclpy's executors make one for each wait
+        index = waits.add_guard_condition(bare)
+        waits.wait(0)
+        assert waits.is_ready('guard_condition', index) == is_ready
+    bare.trigger_guard_condition()
+    waits.wait(LIMIT)
+    assert waits.is_ready('guard_condition', index)
+    bare.destroy()
+
+
 def test_a_wait_set_wakes_for_each_call_of_a_bare_timer(context: Context) -> None:
     bare = _rclpy.Timer(Clock(clock_type=ClockType.STEADY_TIME).handle, context.handle, 1_000_000, True)
     waits = wait_set_of(context)
