@@ -33,6 +33,10 @@ from goalwire.transport.contract import Session
 SPINS = 200
 
 
+def _sleep(executor: MultiThreadedExecutor, number: int) -> bool:
+    return executor._ready.sleepers == number
+
+
 def sleeps_of_workers() -> int:
     """Return how often the threads of executors have gone to sleep until now."""
     count = 0
@@ -408,7 +412,7 @@ def test_a_spin_inside_a_callback_leaves_a_worker_at_the_queue_when_it_ends(
         events: EventQueue[str] = EventQueue(node.work_queue, group, run)
         with Spinning(executor) as spinning:
             events.deliver('outer')
-            wait_for(lambda: executor._ready.sleepers == 2, 'the inner spin and the other worker to sleep')
+            wait_for(partial(_sleep, executor, 2), 'the inner spin and the other worker to sleep')
             for number, name in enumerate(('first', 'second'), 1):
                 events.deliver(name)
                 begun.expect(number)
@@ -416,7 +420,7 @@ def test_a_spin_inside_a_callback_leaves_a_worker_at_the_queue_when_it_ends(
             is_first = begun.threads[0] == inner_threads[0]
             for number, name in enumerate(('first', 'second') if is_first else ('second', 'first'), 1):
                 go_on[name].set()
-                wait_for(lambda number=number: executor._ready.sleepers == number, 'it to sleep')
+                wait_for(partial(_sleep, executor, number), 'it to sleep')
             executor._pool.raise_limit(1)
             events.deliver('third')
             begun.expect(3)

@@ -105,7 +105,7 @@ def _heard(sender: zenoh.Session, receiver: zenoh.Session, key: str) -> bool:
         def comes_through() -> bool:
             sender.put(key, b'x')
             sender.put(OPEN, b'x')
-            return got.count(OPEN) > 2
+            return got.count(OPEN) > 10  # a router that is busy drops some
 
         wait_for(comes_through)
     return key in got
