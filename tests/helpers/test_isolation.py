@@ -11,6 +11,8 @@ from helpers.fresh import clean_environment
 from helpers.isolation import free_port, fresh_domain, isolated_env
 from helpers.processes import Program
 
+from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
+
 
 def test_two_environments_share_neither_domain_nor_port() -> None:
     first, second = isolated_env('goalwire_memory'), isolated_env('goalwire_memory')
@@ -41,6 +43,14 @@ def test_a_port_somebody_listens_on_is_not_handed_out(monkeypatch: pytest.Monkey
     with socket.create_server(('127.0.0.1', taken)):
         monkeypatch.setattr(isolation, '_ports', count())
         assert free_port() != taken
+
+
+def test_a_port_that_was_left_to_another_router_is_not_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolation, '_ports', count())
+    left = free_port()
+    monkeypatch.setattr(RENDEZVOUS, '_left', {left})
+    monkeypatch.setattr(isolation, '_ports', count())
+    assert free_port() != left
 
 
 def test_another_test_run_gets_other_domains() -> None:
