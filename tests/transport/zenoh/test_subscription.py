@@ -154,9 +154,13 @@ def test_a_publisher_that_keeps_nothing_is_heard(
 
 
 @pytest.fixture
-def forger(world: dict[str, str]) -> Iterator[zenoh.Session]:
-    """A peer that is linked to each of the others."""
+def forger(world: dict[str, str], peer: zenoh.Session) -> Iterator[zenoh.Session]:
+    """A peer that is linked to each of the others.
+
+    Without these links the router passes its tokens on, and the questions that others ask do not come.
+    """
     with open_peer(world) as session:
+        wait_for(lambda: len(session.info.peers_zid()) == 2, 'links to both')
         yield session
 
 
@@ -195,22 +199,25 @@ def test_a_stranger_that_never_answers_for_a_publisher_does_not_hold_its_message
     forger: zenoh.Session,
     monkeypatch: pytest.MonkeyPatch,
     world: dict[str, str],
+    key: str,
 ) -> None:
     """A session that is linked to the publisher asks nobody else. eclipse-zenoh's asks everybody: there its
     messages wait for HISTORY_S, and then for the next one."""
     held: list[zenoh.Query] = []
     theirs.keep(0, 1, 2)  # before the token: eclipse-zenoh's session asks as soon as it sees one
     forger.declare_queryable(theirs.address, direct(held.append))
+    forger.put(key, b'asked', attachment=beside(7))  # it comes after the queryable, so the token does too
+    arrived(samples, 1)
     forger.liveliness().declare_token(theirs.address)
     theirs.send(2)
     theirs.show()
-    arrived(samples, 3)
+    arrived(samples, 4)
     theirs.send(3)
     if world[CHOICE] != NATIVE:
         wait_for(lambda: held, 'the question')
         monkeypatch.setattr(wire, 'HISTORY_S', 0.0)
     theirs.send(4)
-    assert arrived(samples, 5) == [b'0', b'1', b'2', b'3', b'4']
+    assert arrived(samples, 6) == [b'asked', b'0', b'1', b'2', b'3', b'4']
 
 
 class Gate:
