@@ -41,7 +41,8 @@ def run(request: dict[str, Any], streams: list[int]) -> None:
     os.environ.update(request['environment'])
     if os.environ.get('PYTHONUNBUFFERED'):
         for written in (sys.stdout, sys.stderr):
-            written.reconfigure(line_buffering=True)  # type: ignore[union-attr]
+            # Lines go out whole, even if this server was started unbuffered and writes each piece of a print.
+            written.reconfigure(line_buffering=True, write_through=False)  # type: ignore[union-attr]
     os.chdir(request['folder'])
     file, text = request['file'], request['text']
     sys.argv = [file or '-c', *request['arguments']]

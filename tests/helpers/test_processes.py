@@ -164,3 +164,26 @@ def test_a_forked_program_has_programs_forked_and_the_server_outlives_it() -> No
         os.close(child)
         with Program('print(1)', server=server) as program:
             assert program.succeed() == '1'
+
+
+def test_the_lines_of_a_forked_program_are_whole_even_if_its_server_was_started_unbuffered() -> None:
+    """Each piece of a print is written by itself there, and a line of the log can come between."""
+    source = """
+        import sys, threading
+
+        def log():
+            for _ in range(3000):
+                print('logged', file=sys.stderr)
+
+        logger = threading.Thread(target=log)
+        logger.start()
+        for number in range(3000):
+            print('number', number)
+        logger.join()
+    """
+    with (
+        ForkServer(['threading'], {**os.environ, 'PYTHONUNBUFFERED': '1'}) as server,
+        Program(source, server=server) as program,
+    ):
+        lines = program.succeed().splitlines()
+    assert [line for line in lines if line != 'logged'] == [f'number {number}' for number in range(3000)]
