@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from goalwire.transport.zenoh.settings.values import Settings
 
 PORT = 7447
+_ADDRESS = re.compile(r'(?:tls/)?(?P<host>\[[^][\s/]+\]|[^][\s/:]+)(?::(?P<port>[0-9]{1,5}))?')
+"""HOST is a name or an address; one of IPv6 has brackets, since its colons would be taken for a port's."""
 
 
 def add_write_router_arguments(parser: ArgumentParser) -> None:
@@ -159,11 +162,10 @@ def write_member(arguments: Namespace, output: Output) -> Outcome:
 
 def address(text: str) -> str:
     """Read the address of a router: HOST, HOST:PORT or tls/HOST:PORT. Raises ArgumentTypeError."""
-    kind, slash, place = text.rpartition('/')
-    if (slash and kind != 'tls') or not place or ' ' in place:
+    found = _ADDRESS.fullmatch(text)
+    if found is None or not 0 < int(found['port'] or PORT) < 65_536:
         raise ArgumentTypeError(f"'{text}' is not the address of a router: write HOST or HOST:PORT")
-    has_port = ':' in place.rpartition(']')[2]
-    return f'tls/{place}' if has_port else f'tls/{place}:{PORT}'
+    return f'tls/{found["host"]}:{found["port"] or PORT}'
 
 
 def add_writing_arguments(parser: ArgumentParser) -> None:
