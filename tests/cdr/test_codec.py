@@ -30,9 +30,13 @@ register_definitions(
             'int32[3] fixed\nbool[2] flags\nbyte[2] octets\nstring[2] texts\nPoint[2] pair\n'
             'float64[] reals\nint32[<=3] few\nbool[] many\nbyte[] raw\nstring[<=2] names\nPoint[<=2] points\n'
         ),
+        'msg/Depth': 'sensor_msgs/Image image',
+        'msg/Album': 'string title\nsensor_msgs/Image[] images',
+        'msg/Chart': 'Point[] points\nsensor_msgs/Range[] ranges',
     },
 )
 Demo: Any = get_message(f'{PACKAGE}/msg/Demo')
+Album: Any = get_message(f'{PACKAGE}/msg/Album')
 Point: Any = get_message(f'{PACKAGE}/msg/Point')
 Twin: Any = get_message(f'{PACKAGE}/msg/Twin')
 String: Any = get_message('std_msgs/msg/String')
@@ -393,3 +397,18 @@ def test_a_large_message_for_the_wire_is_not_joined(values: dict[str, Any], is_l
 def test_the_classes_with_numbers_are_those_that_may_be_large() -> None:
     assert codec.has_numbers(Demo)
     assert not codec.has_numbers(String)
+    assert not codec.has_numbers(get_message(f'{PACKAGE}/msg/Chart'))
+
+
+def test_a_class_has_the_numbers_of_the_messages_inside_it() -> None:
+    assert codec.has_numbers(get_message(f'{PACKAGE}/msg/Depth'))
+    assert codec.has_numbers(Album)
+
+
+@pytest.mark.parametrize(('size', 'count', 'is_large'), [(100_000, 2, True), (100, 2000, False)])
+def test_a_large_message_of_many_small_buffers_is_joined(size: int, count: int, is_large: bool) -> None:
+    image = get_message('sensor_msgs/msg/Image')
+    message = Album(title='é', images=[image(encoding='mono8', data=array('B', bytes(size)))] * count)
+    payload = codec.payload_encoder(Album)(message)
+    assert bytes(payload) == codec.encode(message)
+    assert isinstance(payload, Parts) == is_large

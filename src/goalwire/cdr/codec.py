@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 PARTS_FROM = 1 << 16
 """A message of this many bytes or more is not joined by `payload_encoder`. Smaller ones go over sockets."""
+_BYTES_A_PART = 4096
+"""A message whose buffers have fewer bytes on average is joined, too: many small copies take longer than a
+second copy of the whole.
+"""
 
 Data = bytes | bytearray | memoryview
 MessageT = TypeVar('MessageT')
@@ -63,20 +67,25 @@ def parts_encoder(cls: type) -> Callable[[object], list[Data]]:
     )
 
 
+@cache
 def has_numbers(cls: type) -> bool:
-    """Tell whether a message class has a sequence of numbers, which may be large."""
-    return any(leaf.type.is_number and leaf.type.is_sequence for leaf in layout.leaves(cls))
+    """Tell whether a message class, or a message inside it, has a sequence of numbers, which may be large."""
+    return any(
+        (leaf.type.is_number and leaf.type.is_sequence) or (leaf.cls is not None and has_numbers(leaf.cls))
+        for leaf in layout.leaves(cls)
+    )
 
 
 @cache
 def payload_encoder(cls: type) -> Callable[[object], bytes | Parts]:
     """Return a function `encode(message)` for one message class that does not join large messages.
 
-    It returns Parts for a message of PARTS_FROM bytes or more, and bytes for a smaller one.
+    It returns Parts for a message of PARTS_FROM bytes or more in large buffers, and bytes for any other one.
     """
     from goalwire.payload_parts import Parts  # imported here: few programs publish large messages
 
-    outcome = f"b''.join(out) if at < {PARTS_FROM} else parts_of(out, at)"
+    is_joined = f'at < {PARTS_FROM} or at < {_BYTES_A_PART} * len(out)'
+    outcome = f"b''.join(out) if {is_joined} else parts_of(out, at)"
     source, names = encoder_source(cls, outcome=outcome)
     names['explain'] = partial(explain.explain_encode, cls)
     names['numbers'] = writing.numbers_in_place
