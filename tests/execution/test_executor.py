@@ -541,6 +541,46 @@ def test_a_second_thread_waits_no_longer_than_its_timeout(single: SingleThreaded
         assert 0.05 <= took(lambda: single.spin_once(timeout_sec=0.05)) < 1
 
 
+def test_a_second_spin_without_end_says_that_the_first_runs_everything(executor: Executor) -> None:
+    with Spinning(executor):
+        executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+        with pytest.raises(
+            RuntimeError, match=r'^Executor is already spinning: .* executor.add_node\(node\)'
+        ):
+            executor.spin()
+        assert executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+
+
+def test_a_spin_that_may_wait_takes_over_when_the_first_one_leaves(executor: Executor) -> None:
+    future: Future[int] = Future()
+    with Spinning(executor, lambda: executor.spin_until_future_complete(future, PATIENCE)) as first:
+        executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+        with Spinning(executor, executor.spin_or_wait) as second, Spinning(executor, executor.spin_or_wait):
+            future.set_result(1)
+            assert soon(first.ended)
+            assert executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+            with pytest.raises(RuntimeError, match='already spinning'):
+                executor.spin()
+            assert not second.ended.is_set()
+
+
+def test_a_spin_without_end_takes_over_from_one_with_an_end(executor: Executor) -> None:
+    future: Future[int] = Future()
+    with Spinning(executor, lambda: executor.spin_until_future_complete(future, PATIENCE)) as first:
+        executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+        with Spinning(executor):
+            future.set_result(1)
+            assert soon(first.ended)
+            assert executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+
+
+def test_an_executor_spins_again_after_an_error(executor: Executor) -> None:
+    for _ in range(2):
+        _ = executor.create_task(lambda: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            executor.spin()
+
+
 def test_an_idle_executor_uses_no_processor_time(executor: Executor, node: SmallNode) -> None:
     executor.add_node(node)
     with Spinning(executor) as spinning:

@@ -18,6 +18,7 @@ from goalwire.execution.current import active_executors, held_groups
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import deadline_after
 from goalwire.execution.ready_queue import NodeWorkQueue
+from goalwire.execution.spin_watch import EndlessSpins
 from goalwire.execution.spinning import (
     NEVER,
     StopWhen,
@@ -128,6 +129,7 @@ class Executor(CallbackRunner):
     def __init__(self, *, context: ContextLike | None = None) -> None:
         self._context = default_context() if context is None else context
         self._is_nesting_told = False
+        self._endless_spins = EndlessSpins()
         super().__init__(self._context.shutdown_signal)
         self._nodes: set[Any] = set()
         """The nodes that were added. The set keeps them alive even if the program drops them."""
@@ -231,6 +233,10 @@ class Executor(CallbackRunner):
         while self._shutdown_signal.alive and not self._is_shutdown:
             self.spin_once()
 
+    def spin_or_wait(self) -> None:
+        """Spin as `spin` does. If another thread spins without end, wait, and take over if it leaves."""
+        self.spin()
+
     def spin_once(self, timeout_sec: Timeout = None) -> None:
         """Run one callback, after waiting up to `timeout_sec` for it (None or negative: without limit)."""
         self._run(None, None if timeout_sec is None else self._deadline(timeout_sec), once=True)
@@ -315,6 +321,10 @@ class Executor(CallbackRunner):
         self.shutdown()
 
     # -- used by SingleThreadedExecutor and MultiThreadedExecutor
+
+    def reset_in_child(self) -> None:
+        super().reset_in_child()
+        self._endless_spins.reset_in_child()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin on the calling thread."""

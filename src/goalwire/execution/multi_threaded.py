@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import ExternalShutdownException
@@ -11,7 +12,7 @@ from goalwire.execution.current import active_executors
 from goalwire.execution.drain_tracker import DrainTracker
 from goalwire.execution.executor import Timeout
 from goalwire.execution.monotonic import STEADY, deadline_after
-from goalwire.execution.spin_watch import SpinWatch, of_pool
+from goalwire.execution.spin_watch import of_pool
 from goalwire.execution.spinning import (
     NEVER,
     StopConditionScope,
@@ -69,12 +70,17 @@ class MultiThreadedExecutor(Workers):
         self._coordinators: list[Waiter] = []
 
     def spin(self) -> None:
+        self._spin_without_end(may_wait=False)
+
+    def spin_or_wait(self) -> None:
+        self._spin_without_end(may_wait=True)
+
+    def _spin_without_end(self, *, may_wait: bool) -> None:
+        if self in active_executors.executors:  # a callback on one of the workers spins
+            may_wait = True
         find = of_pool(self._pool, self._ready, self._timer_heap)
-        watch = SpinWatch(self._shutdown_signal, find)
-        try:
-            self._run(None, None, once=False)
-        finally:
-            watch.close()
+        spin = partial(self._run, None, None, once=False)
+        self._endless_spins.watch(spin, self._shutdown_signal, find, may_wait=may_wait)
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         self._run(future, self._deadline(timeout_sec), once=False)

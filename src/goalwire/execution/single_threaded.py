@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import ExternalShutdownException
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.future import Future
-from goalwire.execution.spin_watch import SpinWatch, of_this_thread
+from goalwire.execution.spin_watch import of_this_thread
 from goalwire.execution.spinning import (
     NEVER,
     StopConditionScope,
@@ -44,15 +45,18 @@ class SingleThreadedExecutor(Executor):
             self._driver.clear()
 
     def spin(self) -> None:
+        self._spin_without_end(may_wait=False)
+
+    def spin_or_wait(self) -> None:
+        self._spin_without_end(may_wait=True)
+
+    def _spin_without_end(self, *, may_wait: bool) -> None:
         if self.thread_waits_alone():
             self._run(None, None, once=False)
             return
         find = of_this_thread(self._ready, self._timer_heap)
-        watch = SpinWatch(self._shutdown_signal, find)
-        try:
-            self._run(None, None, once=False)
-        finally:
-            watch.close()
+        spin = partial(self._run, None, None, once=False)
+        self._endless_spins.watch(spin, self._shutdown_signal, find, may_wait=may_wait)
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         self._run(future, None if timeout_sec is None else self._deadline(timeout_sec), once=False)

@@ -72,6 +72,51 @@ class Suspect(NamedTuple):
     said: str = 'the callback {}() has not returned for seconds'
 
 
+class EndlessSpins:
+    """The threads in spins without end of one executor.
+
+    A second thread would wait for ever without running a callback. So it gets the RuntimeError of the newest
+    rclpy, unless its program asked to wait.
+    """
+
+    def __init__(self) -> None:
+        self._threads: list[int] = []
+        """Their idents, in the order in which they came."""
+
+    def reset_in_child(self) -> None:
+        """Forget the threads that the fork has not copied."""
+        me = get_ident()
+        self._threads[:] = [thread for thread in self._threads if thread == me]
+
+    def watch(
+        self,
+        spin: Callable[[], None],
+        shutdown_signal: ShutdownSignal,
+        find: Callable[[], list[Suspect]],
+        *,
+        may_wait: bool,
+    ) -> None:
+        """Spin, and watch the callbacks. Raises RuntimeError if another thread spins, unless `may_wait`."""
+        threads, me = self._threads, get_ident()
+        try:
+            threads.append(me)
+            if threads[0] != me and not may_wait:
+                raise RuntimeError(
+                    'Executor is already spinning: another thread spins it, and runs the callbacks of all '
+                    'its nodes; add your node to it by executor.add_node(node) and leave this spin() out, or '
+                    'give this thread an executor of its own'
+                )
+            watch = SpinWatch(shutdown_signal, find)
+            try:
+                spin()
+            finally:
+                watch.close()
+        finally:
+            # Python runs signal handlers after calls, and one that raises finds the thread removed.
+            if me in threads:
+                threads.remove(me)
+
+
 class SpinWatch:
     """Watches one spin without end until `close`. Each look calls `find`, which returns the suspects."""
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
+from threading import Barrier, Event, Semaphore
 
 import rclpy
+from helpers.patience import PATIENCE
 from rclpy.executors import Executor
 
 THREADS = 8
@@ -31,3 +32,35 @@ def test_threads_that_ask_at_once_get_the_same_one() -> None:
                 rclpy.shutdown()
     finally:
         sys.setswitchinterval(interval)
+
+
+class Spins:
+    """Counts the threads that begin to spin."""
+
+    def __init__(self) -> None:
+        self._begun = Semaphore(0)
+        rclpy.get_default_context().shutdown_signal.spin_listeners.add(self)
+
+    def on_spin(self) -> None:
+        self._begun.release()
+
+    def await_one(self) -> bool:
+        return self._begun.acquire(timeout=PATIENCE)
+
+
+def test_two_threads_spin_a_node_each() -> None:
+    rclpy.init()
+    nodes = [rclpy.create_node(name) for name in ('left', 'right')]
+    called = [Event() for _ in nodes]
+    spins = Spins()
+    with ThreadPoolExecutor(len(nodes)) as pool:
+        try:
+            threads = [pool.submit(rclpy.spin, node) for node in nodes]
+            assert all(spins.await_one() for _ in nodes)
+            for node, each in zip(nodes, called, strict=True):
+                node.create_guard_condition(each.set).trigger()
+            assert all(each.wait(PATIENCE) for each in called)
+        finally:
+            rclpy.shutdown()
+        for thread in threads:
+            assert thread.exception(PATIENCE) is None

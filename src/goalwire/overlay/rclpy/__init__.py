@@ -232,7 +232,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     if not node.handle.has_callbacks and is_in_constructor(node, sys._getframe(1)):
         _tell_spin_in_constructor(node)
     try:
-        chosen.spin()
+        chosen.spin_or_wait()
     finally:
         if added:
             chosen.remove_node(node)
