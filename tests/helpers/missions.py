@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 import goalwire
 from goalwire.missions import Definition, Runner
-from goalwire.missions.machine import Machine
+from goalwire.missions.this_computer import ThisComputer
 from goalwire.testing import Graph
 
 
@@ -64,7 +64,7 @@ class Robot:
         return Trigger.Response(success=True)
 
 
-class Rebooted(Machine):
+class Rebooted(ThisComputer):
     """A machine that was restarted since."""
 
     boot = 'the next one'
@@ -78,11 +78,13 @@ class Base:
         self.path = folder / 'missions.db'
 
     @asynccontextmanager
-    async def runner(self, *missions: Definition, machine: Machine | None = None) -> AsyncIterator[Runner]:
+    async def runner(
+        self, *missions: Definition, computer: ThisComputer | None = None
+    ) -> AsyncIterator[Runner]:
         """One life."""
         async with (
             self.graph.node('runner') as node,
-            Runner(node, self.path, missions=missions, machine=machine) as runner,
+            Runner(node, self.path, missions=missions, computer=computer) as runner,
         ):
             yield runner
 

@@ -69,7 +69,7 @@ def test_after_a_reboot_nothing_moves_until_a_person_says_so(base: Base) -> None
         async with Robot().served() as robot:
             await leave_at(base, trip, robot, 1, 4)
             await asyncio.sleep(40.0)
-            async with base.runner(trip, machine=Rebooted()) as runner:
+            async with base.runner(trip, computer=Rebooted()) as runner:
                 run = only(runner)
                 await run.until(MissionState.HELD)
                 assert run.why == 'the machine was restarted'

@@ -12,8 +12,8 @@ import pytest
 from helpers.missions import Base, play
 
 from goalwire.missions import Runner, Steps, mission
-from goalwire.missions.machine import Machine
 from goalwire.missions.schedule import Slots
+from goalwire.missions.this_computer import ThisComputer
 
 HOUR = 3600.0
 
@@ -23,7 +23,7 @@ async def patrol(m: Steps) -> float:
     return await m.now()
 
 
-class Clock(Machine):
+class Clock(ThisComputer):
     """A machine whose wall clock can be set."""
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class Clock(Machine):
 @asynccontextmanager
 async def life(base: Base, clock: Clock, missed: str = 'skip') -> AsyncIterator[Runner]:
     """A runner with a schedule of one patrol an hour."""
-    async with base.runner(patrol, machine=clock) as runner:
+    async with base.runner(patrol, computer=clock) as runner:
         await runner.schedule(patrol, every=HOUR, missed=missed)  # type: ignore[arg-type]
         yield runner
 

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import goalwire
-    from goalwire.missions.machine import Machine
+    from goalwire.missions.this_computer import ThisComputer
 
 
 class Clients:
     """Makes clients when they are first needed. They end with the node."""
 
-    def __init__(self, node: goalwire.Node, machine: Machine) -> None:
+    def __init__(self, node: goalwire.Node, computer: ThisComputer) -> None:
         self._node = node
-        self._machine = machine
+        self._computer = computer
         self._actions: dict[tuple[Any, str], goalwire.ActionClient[Any, Any, Any]] = {}
         self._services: dict[tuple[Any, str], goalwire.Client[Any, Any]] = {}
         self._since: dict[str, float] = {}
@@ -32,12 +32,12 @@ class Clients:
         """Replace the client of an action. Goals under way go on with the old one."""
         client = self._node.action(action_type, name)
         self._actions[action_type, name] = client
-        self._since[client.name] = self._machine.steady()
+        self._since[client.name] = self._computer.steady()
         return client
 
     def measure_listening(self, client: goalwire.ActionClient[Any, Any, Any]) -> float:
         """Return for how many s this client has received the server's topics."""
-        return self._machine.steady() - self._since[client.name]
+        return self._computer.steady() - self._since[client.name]
 
     async def journal(self, client: goalwire.ActionClient[Any, Any, Any]) -> str:
         """Return the id of the journal of an action's server; '' if it has none, or does not answer.

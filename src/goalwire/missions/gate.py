@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 
 if TYPE_CHECKING:
-    from goalwire.missions.host import Host
+    from goalwire.missions.running_mission import RunningMission
 
 
 class Gate:
@@ -16,7 +16,7 @@ class Gate:
     mission passes the gate.
     """
 
-    def __init__(self, run: Host, held: str, *, must_check: bool, has_turn: bool) -> None:
+    def __init__(self, run: RunningMission, held: str, *, must_check: bool, has_turn: bool) -> None:
         """`held` says why the mission waits for a person. `must_check`: call `resume_check` first.
 
         Without a turn the mission waits until `give_turn` is called.

@@ -13,7 +13,7 @@ from goalwire.rules.missions.entries import Decision, Entry, EntryKind, MissionS
 from goalwire.rules.missions.replay import StepHistory
 
 if TYPE_CHECKING:
-    from goalwire.missions.host import Host
+    from goalwire.missions.running_mission import RunningMission
     from goalwire.rules.missions.entries import Json
 
 T = TypeVar('T')
@@ -35,13 +35,13 @@ class Interrupted(Exception):
 class LiveStep:
     """One step of one mission, from its intent to its end."""
 
-    def __init__(self, run: Host, history: StepHistory, *, is_undoing: bool) -> None:
+    def __init__(self, run: RunningMission, history: StepHistory, *, is_undoing: bool) -> None:
         self._run = run
         self._ignores_stop = is_undoing
         self.history = history
         self.number = history.number
         self.node: goalwire.Node = run.node
-        self.machine = run.machine
+        self.computer = run.computer
         self.clients = run.clients
         self.must_probe = run.take_suspicion()
         """True if the journal may have lost its last commit, since the machine was restarted."""
@@ -60,12 +60,12 @@ class LiveStep:
 
     async def begin(self, timeout: float | None, facts: dict[str, Json], data: bytes = b'') -> Entry:
         """Write the step's intent, and set its time limit."""
-        begun = self.machine.sighting()
+        begun = self.computer.sighting()
         body: dict[str, Json] = {
             **self.history.key.facts,
             'boot': begun.boot,
             'steady': begun.steady,
-            'wall': self.machine.wall(),
+            'wall': self.computer.wall(),
             **facts,
         }
         entry = Entry(EntryKind.INTENT, self.number, body, data)
@@ -85,9 +85,9 @@ class LiveStep:
 
     def age(self, intent: Entry) -> float | None:
         """Return how many s ago an intent was written; None if the machine was restarted since then."""
-        if intent.body.get('boot') != self.machine.boot:
+        if intent.body.get('boot') != self.computer.boot:
             return None
-        return self.machine.steady() - float(str(intent.body['steady']))
+        return self.computer.steady() - float(str(intent.body['steady']))
 
     def limit(self, intent: Entry, timeout: float | None) -> None:
         """Give the step `timeout` s since its intent, by the system's clock if the machine was restarted."""
@@ -95,12 +95,12 @@ class LiveStep:
             return
         age = self.age(intent)
         if age is None:
-            age = self.machine.wall() - float(str(intent.body['wall']))
-        self._deadline = self.machine.steady() + timeout - max(age, 0.0)
+            age = self.computer.wall() - float(str(intent.body['wall']))
+        self._deadline = self.computer.steady() + timeout - max(age, 0.0)
 
     def measure_left(self) -> float | None:
         """Return how many s are left; None if the step has no limit."""
-        return None if self._deadline is None else max(self._deadline - self.machine.steady(), 0.0)
+        return None if self._deadline is None else max(self._deadline - self.computer.steady(), 0.0)
 
     def lift_limit(self) -> None:
         """Remove the step's time limit, for example since it has passed and the goal is being cancelled."""

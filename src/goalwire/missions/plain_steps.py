@@ -74,7 +74,7 @@ async def sleep_until(step: LiveStep, when: float) -> Outcome:
     """Sleep until the system's clock shows `when`, in s since 1970."""
     await _begin(step)
     try:
-        while (left := when - step.machine.wall()) > 0:
+        while (left := when - step.computer.wall()) > 0:
             await step.until_stopped(asyncio.sleep(left))
     except Interrupted as why:
         return Outcome(error=why.error)

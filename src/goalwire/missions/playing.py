@@ -12,10 +12,10 @@ from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 from goalwire.rules.missions.replay import DoesNotFit, Replay
 
 if TYPE_CHECKING:
-    from goalwire.missions.host import Host
+    from goalwire.missions.running_mission import RunningMission
 
 
-async def play(run: Host, performer: Performer) -> Change:
+async def play(run: RunningMission, performer: Performer) -> Change:
     """Run the code once, and return the change to write. Ended steps take their outcomes from the journal."""
     id_ = run.row.id
     replay = Replay(run.entries())
@@ -37,7 +37,7 @@ async def play(run: Host, performer: Performer) -> Change:
     return Change(id_, state=state, why=why, result=value)
 
 
-async def _call_code(run: Host, steps: Steps) -> tuple[Any, Exception | None]:
+async def _call_code(run: RunningMission, steps: Steps) -> tuple[Any, Exception | None]:
     """Return the outcome of the mission's function: a value or an error."""
     try:
         value = await run.definition(steps, *run.row.arguments)
@@ -51,7 +51,7 @@ async def _call_code(run: Host, steps: Steps) -> tuple[Any, Exception | None]:
     return value, None
 
 
-def _stuck(run: Host, misfit: DoesNotFit) -> Change:
+def _stuck(run: RunningMission, misfit: DoesNotFit) -> Change:
     now, then = run.definition, run.row
     code = 'the code is the same'
     if now.fingerprint != then.fingerprint:

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import goalwire
     from goalwire.missions.clients import Clients
     from goalwire.missions.definition import Definition
-    from goalwire.missions.machine import Machine
     from goalwire.missions.store import Command
+    from goalwire.missions.this_computer import ThisComputer
     from goalwire.missions.writer import Writer
 
 Boundary = Callable[[str, str], None]
@@ -48,7 +48,7 @@ class MissionRun:
         writer: Writer,
         clients: Clients,
         node: goalwire.Node,
-        machine: Machine,
+        computer: ThisComputer,
         boundary: Boundary,
         *,
         held: str = '',
@@ -65,7 +65,7 @@ class MissionRun:
         self.definition = definition
         self.clients = clients
         self.node = node
-        self.machine = machine
+        self.computer = computer
         self._boundary = boundary
         self.stop_requested = asyncio.Event()
         self.ended = asyncio.Event()
@@ -109,7 +109,7 @@ class MissionRun:
             self.ended.set()
             return
         if self.definition.timeout is not None:
-            left = self.row.begun + self.definition.timeout - self.machine.wall()
+            left = self.row.begun + self.definition.timeout - self.computer.wall()
             self._alarm = asyncio.get_running_loop().call_later(max(left, 0.0), self._on_time)
         self._task = asyncio.ensure_future(self._main())
 
@@ -155,7 +155,7 @@ class MissionRun:
 
     async def _write(self, change: Change) -> None:
         title = ', '.join(f'{entry.kind} of step {entry.step + 1}' for entry in change.entries) or 'state'
-        now = self.machine.wall()
+        now = self.computer.wall()
         change = replace(change, entries=tuple(replace(each, at=now) for each in change.entries))
         self.boundary('before write', title)
         try:

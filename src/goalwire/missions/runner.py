@@ -13,11 +13,11 @@ from uuid import uuid4
 from goalwire.errors import ClosedError, JournalError, MissionError, MissionIdTaken
 from goalwire.missions.clients import Clients
 from goalwire.missions.file_lock import FileLock
-from goalwire.missions.machine import Machine
 from goalwire.missions.questions import answer_body
 from goalwire.missions.run import Boundary, MissionRun
 from goalwire.missions.schedule import Missed, Slots, keep_schedule, slot_id
 from goalwire.missions.store import Change, Command, MissionRow, Store, as_json
+from goalwire.missions.this_computer import ThisComputer
 from goalwire.missions.turns import Turns, priority_entry
 from goalwire.missions.wakeup import hang_bell, note_port
 from goalwire.missions.writer import Writer
@@ -48,18 +48,18 @@ class Runner:
         *,
         missions: Iterable[Definition] = (),
         one_at_a_time: bool = False,
-        machine: Machine | None = None,
+        computer: ThisComputer | None = None,
         boundary: Boundary | None = None,
     ) -> None:
         """`missions` are the functions whose missions this runner continues. `start` adds others. With
         `one_at_a_time` each mission waits until no other one has the robot.
 
-        `machine` and `boundary` are for the test kit: other clocks, and places to crash at.
+        `computer` and `boundary` are for the test kit: other clocks, and places to crash at.
         """
         self._node = node
         self._path = Path(path)
         self._definitions = {each.name: each for each in missions}
-        self._machine = machine or Machine()
+        self._computer = computer or ThisComputer()
         self._boundary: Boundary = boundary or (lambda _name, _step: None)
         self._runs: dict[str, MissionRun] = {}
         self._resources = AsyncExitStack()
@@ -79,13 +79,13 @@ class Runner:
             lock = FileLock(self._path.with_name(f'{self._path.name}.lock'))
             stack.callback(lock.close)
             store = Store(self._path)
-            writer = Writer(store, self._machine)
+            writer = Writer(store, self._computer)
             stack.push_async_callback(writer.close)
             bell, port = await hang_bell(self._rung.set)
             stack.callback(bell.close)
             await writer.run(lambda: note_port(store, port))
             self._writer = writer
-            self._clients = Clients(self._node, self._machine)
+            self._clients = Clients(self._node, self._computer)
             self._lock = lock
             if self._one_at_a_time:
                 self._turns = Turns()
@@ -117,12 +117,12 @@ class Runner:
         for run in self._runs.values():
             await run.close()
         await self._clients.close()
-        self._lock.note(self._machine.sighting())
+        self._lock.note(self._computer.sighting())
         self._writer = None
 
     def _note_alive(self) -> None:
         """Record a sign of life in the lock's file, again and again while missions are open."""
-        self._lock.note(self._machine.sighting())
+        self._lock.note(self._computer.sighting())
         if any(run.state.is_open for run in self._runs.values()):
             self._alive = asyncio.get_running_loop().call_later(_ALIVE_S, self._note_alive)
         else:
@@ -137,10 +137,10 @@ class Runner:
             await writer.write(Change(row.id, state=MissionState.STUCK, why=why))
             return
         entries = await writer.run(lambda: writer.store.entries(row.id))
-        held = why_held(definition.resume, last, self._machine.sighting())
+        held = why_held(definition.resume, last, self._computer.sighting())
         if not held and row.state is MissionState.HELD:
             held = row.why
-        is_suspicious = last is None or last.boot != self._machine.boot
+        is_suspicious = last is None or last.boot != self._computer.boot
         run = self._make_run(
             row, definition, entries, held=held, was_restarted=True, is_suspicious=is_suspicious
         )
@@ -163,7 +163,7 @@ class Runner:
             self._open_writer(),
             self._clients,
             self._node,
-            self._machine,
+            self._computer,
             self._boundary,
             held=held,
             was_restarted=was_restarted,
@@ -203,7 +203,7 @@ class Runner:
                     f"mission '{id_}' is {known.name}{known.arguments}, begun before: choose another id"
                 )
             return await self._find_run(known, definition)
-        now = self._machine.wall()
+        now = self._computer.wall()
         row = MissionRow(
             id_,
             definition.name,
@@ -244,10 +244,10 @@ class Runner:
         if missed not in {'skip', 'run'}:
             raise ValueError(f"missed is 'skip' or 'run', not {missed!r}")
         title = name or definition.name
-        writer, now = self._open_writer(), self._machine.wall()
+        writer, now = self._open_writer(), self._computer.wall()
         since = await writer.run(lambda: writer.store.first_time(f'schedule {title}', now))
         start = partial(self._start_slot, definition, arguments, title, priority)
-        keeping = keep_schedule(slots, since, missed, self._machine.wall, start)
+        keeping = keep_schedule(slots, since, missed, self._computer.wall, start)
         self._schedules.append(asyncio.ensure_future(keeping))
 
     async def _start_slot(

@@ -155,7 +155,7 @@ class Steps:
         """Return the time in s since 1970 at which the mission first called this step."""
 
         async def look(step: LiveStep) -> Outcome:
-            return Outcome(step.machine.wall())
+            return Outcome(step.computer.wall())
 
         return float(await self.step(StepKey('now', '', ''), look))
 

@@ -11,8 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
-    from goalwire.missions.machine import Machine
     from goalwire.missions.store import Change, Store
+    from goalwire.missions.this_computer import ThisComputer
 
 T = TypeVar('T')
 
@@ -20,9 +20,9 @@ T = TypeVar('T')
 class Writer:
     """A runner's only access to its store. One loop uses it."""
 
-    def __init__(self, store: Store, machine: Machine) -> None:
+    def __init__(self, store: Store, computer: ThisComputer) -> None:
         self.store = store
-        self._machine = machine
+        self._computer = computer
         self._thread = ThreadPoolExecutor(1, 'goalwire-journal')
         self._waiting: list[Change] = []
         self._commit: asyncio.Task[None] | None = None
@@ -40,7 +40,7 @@ class Writer:
             await asyncio.wait([before])
         self._commit, self._next = self._next, None
         changes, self._waiting = self._waiting, []
-        await self.run(lambda: self.store.commit(changes, self._machine.wall()))
+        await self.run(lambda: self.store.commit(changes, self._computer.wall()))
 
     async def run(self, function: Callable[[], T]) -> T:
         """Call a function on the writer's thread, which may use the store."""

@@ -10,19 +10,19 @@ if TYPE_CHECKING:
     from goalwire.errors import MissionStopped
     from goalwire.missions.clients import Clients
     from goalwire.missions.definition import Definition
-    from goalwire.missions.machine import Machine
     from goalwire.missions.store import MissionRow
+    from goalwire.missions.this_computer import ThisComputer
     from goalwire.rules.missions.entries import Entry, MissionState
 
 
-class Host(Protocol):
+class RunningMission(Protocol):
     """A running mission."""
 
     row: MissionRow
     definition: Definition
     node: goalwire.Node
     clients: Clients
-    machine: Machine
+    computer: ThisComputer
     state: MissionState
     stop: Entry | None
     """The entry with the reason why the mission must stop; None if it need not."""

@@ -1,4 +1,4 @@
-"""The clocks of the machine on which a runner runs, and the id of the machine's current boot."""
+"""The clocks of the computer on which a runner runs, and the id of its current boot."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ _LARGEST = 100
 _BOOT_ACCURACY_S = 60
 
 
-class Machine:
-    """This machine. A test can replace it by one that reboots on demand."""
+class ThisComputer:
+    """This computer. A test can replace it by one that reboots on demand."""
 
     @property
     def boot(self) -> str:
