@@ -74,6 +74,7 @@ from goalwire.zenoh.protocol.declarations import (
     interest,
     take_back,
 )
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node, tell_of
 from goalwire.zenoh.protocol.network import Sample as ZenohSample
 from goalwire.zenoh.protocol.network import Target as QueryTarget
@@ -86,7 +87,6 @@ from goalwire.zenoh.protocol.network import (
 )
 from goalwire.zenoh.protocol.primitives import encode_timestamp
 from goalwire.zenoh.protocol.senders import Publication, Querier
-from goalwire.zenoh.protocol.transport import Role
 
 Errors = type[Exception] | tuple[type[Exception], ...]
 

@@ -9,11 +9,11 @@ from goalwire.zenoh.protocol.channels import Buffer
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.outgoing import Outgoing
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
-from goalwire.zenoh.protocol.transport import Role
 
 _seeds = itertools.count(1)
 

@@ -18,9 +18,9 @@ from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import MemorySettings, Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
 from goalwire.zenoh.protocol.senders import Publication, Querier
-from goalwire.zenoh.protocol.transport import Role
 
 TLS_NAMES = (
     'root_ca_certificate',

@@ -17,7 +17,7 @@ from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, ForkedError, GoalwireError
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.rules.qos import QoS
-from goalwire.security.refusals import RECENT_S, Refusals, RefusedActs
+from goalwire.security.refusal_counts import RECENT_S, RefusalCounts, RefusedActs
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class PublishingNode(InGraph, Protocol):
 class RefusalDiagnostics:
     """Publishes the refusals of one context's session, through the first of its nodes."""
 
-    def __init__(self, refusals: Refusals, sends: TimerThread, is_open: Callable[[], bool]) -> None:
+    def __init__(self, refusals: RefusalCounts, sends: TimerThread, is_open: Callable[[], bool]) -> None:
         """`sends` is the thread that publishes; `is_open` returns False once the context has ended."""
         self._refusals = refusals
         self._sends = sends
@@ -124,7 +124,7 @@ class RefusalDiagnostics:
 
 
 def publish_through(
-    node: PublishingNode, refusals: Refusals, sends: TimerThread, is_open: Callable[[], bool]
+    node: PublishingNode, refusals: RefusalCounts, sends: TimerThread, is_open: Callable[[], bool]
 ) -> None:
     """Publish what a node's session refuses; the parameters are those of RefusalDiagnostics."""
     known = (each for each in refusals.listeners if isinstance(each, RefusalDiagnostics))

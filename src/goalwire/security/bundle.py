@@ -10,7 +10,6 @@ import json
 from datetime import datetime
 from pathlib import Path
 
-from goalwire.admission import new_token
 from goalwire.errors import SecurityError
 from goalwire.security import certificates, revocation, storage
 from goalwire.security.keystore import (
@@ -22,6 +21,7 @@ from goalwire.security.keystore import (
     read_authority,
 )
 from goalwire.security.policy_file import read_policy
+from goalwire.web_admission import new_token
 
 _FORMAT = 'goalwire identity 1'
 _FIELDS = ('format', 'name', 'identity', 'trust', 'policy', 'revoked')

@@ -21,7 +21,7 @@ from goalwire.rules.qos import DEFAULT, QoS
 if TYPE_CHECKING:
     from goalwire.rules.names.robots import RobotView
     from goalwire.rules.qos_events import EventStatus, EventType
-    from goalwire.security.refusals import Refusals
+    from goalwire.security.refusal_counts import RefusalCounts
 
 Payload: TypeAlias = bytes | bytearray | memoryview
 
@@ -324,7 +324,7 @@ class Session(ABC):
     """True if `watch_graph` reports the whole graph before it returns; otherwise the graph grows later."""
     knows_its_peers = False
     """True if the session meets only the peers that `has_heard_all` counts."""
-    refusals: Refusals | None = None
+    refusals: RefusalCounts | None = None
     """What this session's policy has refused; None if it has no policy."""
     wire_poller: WirePoller | None = None
     """The poller with which idle threads wait on this wire; None if the wire's own threads do that."""

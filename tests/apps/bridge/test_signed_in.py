@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from goalwire.security import audit
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
-from goalwire.security.tokens import delete_tokens, make_token
+from goalwire.security.sign_in.tokens import delete_tokens, make_token
 
 PROGRAMS = Path(__file__).with_name('programs')
 ALL = ''.join(f'{verb.value} = ["/**"]\n' for verb in Verb)

@@ -19,12 +19,12 @@ from helpers.console import CONSOLE, Stage
 from helpers.patience import PATIENCE
 from helpers.processes import Program
 
-from goalwire.admission import is_loopback, new_token
 from goalwire.apps.console.addresses import addresses_on_networks
 from goalwire.apps.console.entry import SharedToken
 from goalwire.apps.console.guard import COOKIE, MOST_BYTES, Guard
 from goalwire.apps.console.settings import Settings
 from goalwire.errors import NotAllowedError
+from goalwire.web_admission import is_loopback, new_token
 
 LOCAL = {'host': 'localhost:8420'}
 TOKEN = 'a-token'

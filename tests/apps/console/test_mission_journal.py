@@ -17,11 +17,11 @@ from goalwire.logging import get_logger
 from goalwire.missions.store import Change, MissionRow, Store
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 from goalwire.security import audit
-from goalwire.security.authorizer import Authorizer
 from goalwire.security.environment import Chosen
 from goalwire.security.revocation import write_revoked
-from goalwire.security.signed_in import SignedIn
-from goalwire.security.tokens import make_token
+from goalwire.security.sign_in.authorizer import Authorizer
+from goalwire.security.sign_in.signed_in import SignedIn
+from goalwire.security.sign_in.tokens import make_token
 
 POLICY = """\
 [roles.operator]

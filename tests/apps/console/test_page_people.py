@@ -15,7 +15,7 @@ from helpers.processes import Program
 from goalwire.security import audit
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
-from goalwire.security.tokens import delete_tokens, make_token
+from goalwire.security.sign_in.tokens import delete_tokens, make_token
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 

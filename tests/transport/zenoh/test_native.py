@@ -15,10 +15,10 @@ from goalwire.transport.zenoh.native import NativeWire
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.channels import Buffer
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.network import Target
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.zenoh.protocol.senders import Querier
-from goalwire.zenoh.protocol.transport import Role
 
 MEGABYTE = 1 << 20
 

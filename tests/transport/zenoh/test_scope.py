@@ -14,7 +14,7 @@ from goalwire.rules.names.robots import view_of
 from goalwire.transport.zenoh.native import NativeWire
 from goalwire.transport.zenoh.tokens import robot_keys
 from goalwire.zenoh.io.settings import Settings
-from goalwire.zenoh.protocol.transport import Role
+from goalwire.zenoh.protocol.link_messages import Role
 
 
 def token(robot: str, number: int) -> str:

@@ -26,10 +26,10 @@ from goalwire.zenoh.io.dialler import DialSlots, Retry
 from goalwire.zenoh.io.endpoints import Endpoint, is_quickly_resolved, parse, resolve
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.channels import fragment_head
+from goalwire.zenoh.protocol.link_messages import Role, close_message
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.zenoh.protocol.primitives import EXPIRED, GENERIC, encode_z
-from goalwire.zenoh.protocol.transport import Role, close_message
 
 A_SAYS = [batch for batch in conversation() if batch.sender == 'A']
 B_SAYS = [batch for batch in conversation() if batch.sender == 'B']

@@ -12,7 +12,7 @@ from helpers.patience import PATIENCE, wait_for
 from helpers.relay import relay
 from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 
-from goalwire.zenoh.protocol.transport import Role
+from goalwire.zenoh.protocol.link_messages import Role
 
 Open = Callable[..., Side]
 PAIRS = [(Ours, Ours), (Ours, Theirs), (Theirs, Ours), (Portable, Portable)]

@@ -19,10 +19,10 @@ from goalwire.zenoh.protocol.declarations import (
     take_back,
 )
 from goalwire.zenoh.protocol.key_expressions import includes, intersects
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import LinkStates, Node, tell_of
 from goalwire.zenoh.protocol.network import Sample, push_head, put_body, wire_key
 from goalwire.zenoh.protocol.primitives import Reader, ZenohProtocolError
-from goalwire.zenoh.protocol.transport import Role
 
 QUICK_S = 0.5
 """Each of these comparisons took seconds or minutes before; now they take less than a millisecond."""

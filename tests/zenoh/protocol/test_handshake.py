@@ -6,6 +6,7 @@ import pytest
 from helpers.zenoh_protocol import random_bytes
 
 from goalwire.zenoh.protocol.handshake import Handshake, Identity, State
+from goalwire.zenoh.protocol.link_messages import Init, Open, Role
 from goalwire.zenoh.protocol.primitives import (
     INVALID,
     MAX_LINKS,
@@ -14,7 +15,6 @@ from goalwire.zenoh.protocol.primitives import (
     Reader,
     ZenohProtocolError,
 )
-from goalwire.zenoh.protocol.transport import Init, Open, Role
 
 A, B = b'\xa1\xa2\xa3\xa4', b'\xb1\xb2\xb3\xb4'
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from goalwire.zenoh.protocol.channels import MASK, frame_head
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
+from goalwire.zenoh.protocol.link_messages import Init, Role
 from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.zenoh.protocol.primitives import (
@@ -22,7 +23,6 @@ from goalwire.zenoh.protocol.primitives import (
     encode_z,
 )
 from goalwire.zenoh.protocol.senders import Publication
-from goalwire.zenoh.protocol.transport import Init, Role
 
 
 class Receiver:

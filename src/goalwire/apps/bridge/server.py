@@ -20,16 +20,16 @@ from websockets.protocol import State
 from websockets.typing import Subprotocol
 
 import goalwire
-from goalwire.admission import host_name, is_loopback, is_of_this_machine, is_same_token
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
 from goalwire.apps.bridge.settings import Permissions, Settings
 from goalwire.errors import SecurityError, peer_text
 from goalwire.listening import cannot_listen, listen, unusable_tls_files
 from goalwire.records import replace
-from goalwire.security.authorizer import Authorizer
 from goalwire.security.environment import choose_identity
-from goalwire.security.signed_in import SignedIn
+from goalwire.security.sign_in.authorizer import Authorizer
+from goalwire.security.sign_in.signed_in import SignedIn
+from goalwire.web_admission import host_name, is_loopback, is_of_this_machine, is_same_token
 
 _QUIET = logging.getLogger('goalwire.bridge.websockets')
 _MOST_REASON = 100

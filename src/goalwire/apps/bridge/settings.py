@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from fnmatch import translate
 
-from goalwire.admission import is_loopback
 from goalwire.errors import NotAllowedError
 from goalwire.records import record
 from goalwire.security.needs import READING, SETTING, Permission, permission_to_offer, permission_to_use
 from goalwire.security.policy import Verb
-from goalwire.security.signed_in import SignedIn
+from goalwire.security.sign_in.signed_in import SignedIn
+from goalwire.web_admission import is_loopback
 
 REGULAR = 're:'
 """The prefix of a pattern that is a regular expression. Other patterns are globs such as '/arm/*'."""

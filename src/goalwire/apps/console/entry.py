@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
-from goalwire.admission import is_same_token
 from goalwire.errors import SecurityError
 from goalwire.records import record
-from goalwire.security.authorizer import Authorizer, Principal
+from goalwire.security.sign_in.authorizer import Authorizer, Principal
+from goalwire.web_admission import is_same_token
 from goalwire.zenoh.io.identities import read_peer_certificate
 
 CERTIFICATE = 'certificate'

@@ -23,10 +23,10 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any, TypeAlias
 from urllib.parse import parse_qsl
 
-from goalwire.admission import host_name, is_loopback
 from goalwire.apps.console.entry import CERTIFICATE, PRINCIPAL, SIGN_OUT, Entry, Visitor
 from goalwire.apps.console.settings import Settings
 from goalwire.errors import SecurityError, peer_text
+from goalwire.web_admission import host_name, is_loopback
 
 Scope: TypeAlias = MutableMapping[str, Any]
 Message: TypeAlias = MutableMapping[str, Any]

@@ -33,8 +33,8 @@ from goalwire.errors import TransportError, peer_text
 from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.listening import cannot_listen, listen, unusable_tls_files
 from goalwire.logging import RcutilsLogger, get_logger
-from goalwire.security.authorizer import Authorizer
 from goalwire.security.environment import Chosen, choose_identity
+from goalwire.security.sign_in.authorizer import Authorizer
 
 _GRACE_S = 2
 """Seconds that browsers have to disconnect when the console ends."""

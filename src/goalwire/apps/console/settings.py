@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-from goalwire.admission import is_loopback
 from goalwire.apps.console.addresses import addresses_on_networks, is_every_interface
 from goalwire.errors import NotAllowedError
 from goalwire.records import record
+from goalwire.web_admission import is_loopback
 
 DEFAULT_PORT = 8420
 VIEWS = (

@@ -16,7 +16,7 @@ from typing import Any, Self
 
 from rclpy.utilities import remove_ros_args
 
-from goalwire.admission import host_name, is_loopback
+from goalwire.web_admission import host_name, is_loopback
 
 HOST = '127.0.0.1'
 COMMAND_HEADER = 'X-Window-Command'

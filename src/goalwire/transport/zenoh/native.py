@@ -16,6 +16,7 @@ from goalwire.transport.zenoh.tokens import GRAPH_SPACE, RobotKeys
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.network import Payload, Sample, Target
 from goalwire.zenoh.protocol.primitives import (
     SourceInfo,
@@ -27,10 +28,9 @@ from goalwire.zenoh.protocol.queries import ANY_KEY
 from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.shared_memory import Loan
-from goalwire.zenoh.protocol.transport import Role
 
 if TYPE_CHECKING:
-    from goalwire.transport.zenoh.guards import SessionSecurity
+    from goalwire.transport.zenoh.session_security import SessionSecurity
 
 TOKEN_KEYS = (f'{GRAPH_SPACE}/**', '**/@adv/**')
 """The key expressions of tokens: of nodes and endpoints, and of publishers and subscribers with history.

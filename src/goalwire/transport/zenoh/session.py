@@ -60,7 +60,7 @@ from goalwire.transport.zenoh.tokens import (
 from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
 
 if TYPE_CHECKING:
-    from goalwire.transport.zenoh.guards import SessionSecurity
+    from goalwire.transport.zenoh.session_security import SessionSecurity
 
 
 _ASKED = f'{environment.CHOICE}={ECLIPSE}'
@@ -259,7 +259,7 @@ def _secure(enclave: str) -> SessionSecurity | None:
     """Return the session's identity and policy from the keystore. Raises SecurityError."""
     # Imported here, since most programs run without security
     from goalwire.security.environment import choose_identity
-    from goalwire.transport.zenoh.guards import SessionSecurity
+    from goalwire.transport.zenoh.session_security import SessionSecurity
 
     identity = choose_identity(enclave)
     return None if identity is None else SessionSecurity(identity)

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Never, Protocol, TypeAlias, runtime_checkable
 
 from goalwire.concurrency.wire_poller import WirePoller
-from goalwire.security.refusals import Refusals
+from goalwire.security.refusal_counts import RefusalCounts
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Payload, ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp
@@ -148,7 +148,7 @@ class Wire(ABC):
     """The poller with which idle threads wait on the wire; None if the wire's own threads do that."""
     errors: tuple[type[Exception], ...]
     """The exceptions that these methods raise when they fail or the session is closed."""
-    refusals: Refusals | None = None
+    refusals: RefusalCounts | None = None
     """What the session's policy has refused; None if it has no policy."""
     discovers_at_once = False
     """True if opening waits until the router has reported all it knows. eclipse-zenoh sometimes does not wait

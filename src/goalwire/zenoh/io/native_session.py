@@ -30,10 +30,10 @@ from goalwire.zenoh.io.socket_link import SocketLink
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.primitives import GENERIC
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
-from goalwire.zenoh.protocol.transport import Role
 
 CONNECTING_S = 1.0
 """How long opening waits for an address that neither accepts nor refuses."""

@@ -7,7 +7,7 @@ from goalwire.records import record
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.identities import Identify
-from goalwire.zenoh.protocol.transport import Role
+from goalwire.zenoh.protocol.link_messages import Role
 
 
 @record

@@ -10,7 +10,7 @@ The parts of messages:
     bounds            limits of the resources that a peer can use: keys, entries, fragments, dials, log lines
     primitives        numbers, texts, ids, extensions, timestamps
     shared_memory     pointers to payloads in shared memory, and the marks of messages that have them
-    transport         INIT, OPEN, CLOSE, KEEP_ALIVE: encoding and decoding
+    link_messages     INIT, OPEN, CLOSE, KEEP_ALIVE: encoding and decoding
     network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL: encoding and decoding
     declarations      DECLARE and INTEREST: encoding and decoding
     link_state        OAM, by which routers announce nodes; the rule which of two peers connects

@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.link_messages import FRAGMENT, FRAME
 from goalwire.zenoh.protocol.primitives import (
     MANDATORY,
     MORE,
@@ -24,7 +25,6 @@ from goalwire.zenoh.protocol.primitives import (
     ZenohProtocolError,
     encode_padded,
 )
-from goalwire.zenoh.protocol.transport import FRAGMENT, FRAME
 
 PRIORITIES = 8
 CHANNELS = 2 * PRIORITIES

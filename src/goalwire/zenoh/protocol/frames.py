@@ -28,16 +28,7 @@ from goalwire.zenoh.protocol.channels import (
     ReceivedNumbers,
 )
 from goalwire.zenoh.protocol.handshake import Terms
-from goalwire.zenoh.protocol.primitives import (
-    EXTENSION,
-    MORE,
-    PADDED_HIGH,
-    PADDED_LOW,
-    Reader,
-    ZenohProtocolError,
-    encode_padded,
-)
-from goalwire.zenoh.protocol.transport import (
+from goalwire.zenoh.protocol.link_messages import (
     CLOSE,
     FIRST_NETWORK_ID,
     FRAGMENT,
@@ -47,6 +38,15 @@ from goalwire.zenoh.protocol.transport import (
     MAX_BATCH,
     MESSAGE_ID,
     OPEN,
+)
+from goalwire.zenoh.protocol.primitives import (
+    EXTENSION,
+    MORE,
+    PADDED_HIGH,
+    PADDED_LOW,
+    Reader,
+    ZenohProtocolError,
+    encode_padded,
 )
 
 MOST_KEPT = 5

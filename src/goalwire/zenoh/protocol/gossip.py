@@ -7,10 +7,10 @@ from collections.abc import Callable
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.handshake import Identity
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node, connects_to, tell_of
 from goalwire.zenoh.protocol.links import Links
 from goalwire.zenoh.protocol.primitives import show_id
-from goalwire.zenoh.protocol.transport import Role
 
 
 class Gossip:

@@ -19,6 +19,16 @@ from enum import Enum
 from typing import Protocol
 
 from goalwire.records import record
+from goalwire.zenoh.protocol.link_messages import (
+    INIT,
+    IS_ANSWER,
+    MESSAGE_ID,
+    OPEN,
+    OUR_PATCH,
+    Init,
+    Open,
+    Role,
+)
 from goalwire.zenoh.protocol.primitives import (
     GENERIC,
     INVALID,
@@ -29,16 +39,6 @@ from goalwire.zenoh.protocol.primitives import (
     ZenohProtocolError,
 )
 from goalwire.zenoh.protocol.shared_memory import LinkMemory
-from goalwire.zenoh.protocol.transport import (
-    INIT,
-    IS_ANSWER,
-    MESSAGE_ID,
-    OPEN,
-    OUR_PATCH,
-    Init,
-    Open,
-    Role,
-)
 
 SMALLEST_BATCH = 512
 """Bytes of the smallest batch that is accepted: in a smaller one, heads would leave no room for messages."""

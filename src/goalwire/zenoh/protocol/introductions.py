@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node, tell_of
 from goalwire.zenoh.protocol.links import Links
-from goalwire.zenoh.protocol.transport import Role
 
 
 class Introductions:

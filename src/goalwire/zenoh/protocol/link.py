@@ -32,6 +32,7 @@ from goalwire.zenoh.protocol.forms import (
 from goalwire.zenoh.protocol.frames import FrameReader
 from goalwire.zenoh.protocol.guard import Act, Guard
 from goalwire.zenoh.protocol.handshake import Handshake, Terms
+from goalwire.zenoh.protocol.link_messages import FIRST_NETWORK_ID, MESSAGE_ID, Role
 from goalwire.zenoh.protocol.link_state import LinkStates, Node
 from goalwire.zenoh.protocol.network import (
     DECLARE,
@@ -70,7 +71,6 @@ from goalwire.zenoh.protocol.primitives import (
     encode_session,
     show_id,
 )
-from goalwire.zenoh.protocol.transport import FIRST_NETWORK_ID, MESSAGE_ID, Role
 
 if TYPE_CHECKING:
     from goalwire.zenoh.protocol.network import QueryMessage

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from goalwire.records import record
 from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.network import NODE_ID, OAM, QOS
 from goalwire.zenoh.protocol.primitives import (
     FORM,
@@ -22,7 +23,6 @@ from goalwire.zenoh.protocol.primitives import (
     encode_text,
     encode_z,
 )
-from goalwire.zenoh.protocol.transport import Role
 
 _LINK_STATE = 1
 _HAS_ID, _HAS_ROLE, _HAS_LOCATORS, _HAS_WEIGHTS = 1, 2, 4, 8

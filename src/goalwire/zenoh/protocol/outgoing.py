@@ -32,8 +32,8 @@ from goalwire.zenoh.protocol.channels import (
     frame_head,
     pieces,
 )
+from goalwire.zenoh.protocol.link_messages import KEEP_ALIVE_MESSAGE, MAX_BATCH, close_message
 from goalwire.zenoh.protocol.primitives import PADDED_HIGH, PADDED_LOW
-from goalwire.zenoh.protocol.transport import KEEP_ALIVE_MESSAGE, MAX_BATCH, close_message
 
 if TYPE_CHECKING:
     from goalwire.zenoh.protocol.handshake import Terms

@@ -17,11 +17,11 @@ from goalwire.zenoh.protocol.declarations import (
 from goalwire.zenoh.protocol.expressions import Expressions
 from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.links import Links
 from goalwire.zenoh.protocol.liveliness_tokens import Liveliness
 from goalwire.zenoh.protocol.network import wire_key
 from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
-from goalwire.zenoh.protocol.transport import Role
 
 _LEARNS = {
     Kind.SUBSCRIBER: Act.LEARN_SUBSCRIBER,

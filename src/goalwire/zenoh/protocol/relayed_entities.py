@@ -19,9 +19,9 @@ from goalwire.zenoh.protocol.declarations import (
     take_back,
 )
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.links import Links
 from goalwire.zenoh.protocol.network import wire_key
-from goalwire.zenoh.protocol.transport import Role
 
 
 class _Relayed(NamedTuple):

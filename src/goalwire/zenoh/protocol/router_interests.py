@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from goalwire.zenoh.protocol.declarations import About, When, interest
 from goalwire.zenoh.protocol.key_expressions import includes
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.links import Links
-from goalwire.zenoh.protocol.transport import Role
 
 _WHEN = When.PRESENT | When.FUTURE
 _ENTITIES = About.SUBSCRIBERS | About.QUERYABLES

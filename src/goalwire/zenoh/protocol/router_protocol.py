@@ -16,6 +16,7 @@ from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.introductions import Introductions
 from goalwire.zenoh.protocol.key_expressions import includes
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.network import BLOCK, Target, response_final
 from goalwire.zenoh.protocol.outgoing import Connection
@@ -23,7 +24,6 @@ from goalwire.zenoh.protocol.queries import PendingQuery
 from goalwire.zenoh.protocol.relayed_entities import RelayedEntities
 from goalwire.zenoh.protocol.router_link import Passing, RouterLink
 from goalwire.zenoh.protocol.session_protocol import SessionOwner, SessionProtocol
-from goalwire.zenoh.protocol.transport import Role
 
 FORGOTTEN_S = 600.0
 """How long an unanswered query is remembered: rmw_zenoh's limit. The asking side has its own timeout."""

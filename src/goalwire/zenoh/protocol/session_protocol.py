@@ -32,6 +32,7 @@ from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.key_expressions import canonical, check
 from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.links import Links
 from goalwire.zenoh.protocol.liveliness_tokens import Liveliness, Watcher
@@ -45,7 +46,6 @@ from goalwire.zenoh.protocol.router_interests import RouterInterests
 from goalwire.zenoh.protocol.routes import Queryable, Routes, Subscriber
 from goalwire.zenoh.protocol.shared_memory import Pool
 from goalwire.zenoh.protocol.stamps import Stamps
-from goalwire.zenoh.protocol.transport import Role
 
 _DECLARES = {
     Kind.SUBSCRIBER: Act.DECLARE_SUBSCRIBER,

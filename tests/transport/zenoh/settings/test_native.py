@@ -12,7 +12,7 @@ from goalwire.transport.zenoh.settings.native import BeyondOursError, native_set
 from goalwire.transport.zenoh.settings.values import Configuration, Json, Settings
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.settings import MemorySettings
-from goalwire.zenoh.protocol.transport import Role
+from goalwire.zenoh.protocol.link_messages import Role
 
 DATA = Path(__file__).parents[3] / 'data' / 'zenoh'
 PLAIN: Settings = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from argparse import ArgumentParser, Namespace
 
-from goalwire.admission import is_loopback, is_usable_token, new_token
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.records import record
 from goalwire.security import is_asked_for
+from goalwire.web_admission import is_loopback, is_usable_token, new_token
 
 NOT_ENCRYPTED = 'it is not encrypted: give --tls-cert and --tls-key'
 

@@ -11,7 +11,7 @@ from goalwire.logging import RcutilsLogger
 from goalwire.observe.goals import Goal
 from goalwire.security.needs import Permission, permission_to_offer, permission_to_use
 from goalwire.security.policy import Decision, Verb
-from goalwire.security.signed_in import SignedIn
+from goalwire.security.sign_in.signed_in import SignedIn
 
 _SENDING = (Verb.PUBLISH, Verb.CALL, Verb.SERVE, Verb.SEND, Verb.CANCEL, Verb.SET)
 """The verbs that send something: the console's options --read-only and --allow limit these alone."""

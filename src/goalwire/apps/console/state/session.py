@@ -26,8 +26,8 @@ from goalwire.apps.console.state.type_watch import TypeWatch
 from goalwire.apps.console.state.vitals import Vitals
 from goalwire.observe.goals import GoalTable
 from goalwire.observe.log import LogBook
-from goalwire.security.authorizer import Authorizer, Principal
-from goalwire.security.signed_in import SignedIn
+from goalwire.security.sign_in.authorizer import Authorizer, Principal
+from goalwire.security.sign_in.signed_in import SignedIn
 
 _TICK_S = 0.2
 _TICKS_OF_RATES = 5

@@ -17,8 +17,8 @@ from goalwire.transport.zenoh.settings.values import Json, value_at
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
 from goalwire.zenoh.io.settings import MemorySettings, Settings
+from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.primitives import read_id
-from goalwire.zenoh.protocol.transport import Role
 
 _ROLES = {'peer': Role.PEER, 'client': Role.CLIENT}
 _LISTENS: dict[Role, Json] = {Role.PEER: ['tcp/[::]:0'], Role.CLIENT: []}

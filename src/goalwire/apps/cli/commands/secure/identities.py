@@ -151,7 +151,7 @@ def add_give_token_arguments(parser: ArgumentParser) -> None:
 def give_token(arguments: Namespace, output: Output) -> Outcome:
     """Print a new token, which is shown only once. Raises SecurityError."""
     from goalwire.security.policy_file import load_policy
-    from goalwire.security.tokens import delete_tokens, make_token
+    from goalwire.security.sign_in.tokens import delete_tokens, make_token
 
     folder, name = find_folder(arguments), arguments.name
     policy = load_policy(folder / 'policy.toml')

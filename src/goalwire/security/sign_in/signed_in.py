@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from goalwire.errors import NotAllowedError
-from goalwire.security.authorizer import Authorizer, Principal
 from goalwire.security.needs import Permission
 from goalwire.security.policy import STOP, Decision
+from goalwire.security.sign_in.authorizer import Authorizer, Principal
 
 
 class SignedIn:

@@ -40,8 +40,8 @@ class Listener(Protocol):
         """Note that there are refusals. Must not block."""
 
 
-class Refusals:
-    """The refusals of one session. Any thread may use it."""
+class RefusalCounts:
+    """Counts the refusals of one session. Any thread may use it."""
 
     def __init__(self, identity: str) -> None:
         self.identity = identity

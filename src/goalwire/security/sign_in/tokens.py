@@ -18,11 +18,11 @@ from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from pathlib import Path
 
-from goalwire.admission import new_token
 from goalwire.errors import SecurityError
 from goalwire.files import read_regular
 from goalwire.records import record
 from goalwire.security import storage
+from goalwire.web_admission import new_token
 
 LIFE = timedelta(days=30)
 LARGEST = 1 << 20

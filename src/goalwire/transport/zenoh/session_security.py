@@ -21,7 +21,7 @@ from goalwire.security.environment import Chosen
 from goalwire.security.moving import MOVES, Streams, write_entry
 from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
-from goalwire.security.refusals import Refusals
+from goalwire.security.refusal_counts import RefusalCounts
 from goalwire.security.renewal_thread import RenewalThread, is_possible
 from goalwire.security.revocation import load_revocations, why_refused
 from goalwire.transport.zenoh import questions
@@ -63,7 +63,7 @@ class SessionSecurity:
         self._is_audit_lost = False
         self._unwritten: deque[dict[str, str]] = deque()
         self._streams = Streams(self._unwritten.append)
-        self.refusals = Refusals(chosen.name)
+        self.refusals = RefusalCounts(chosen.name)
         self._told: set[tuple[str, Act, str]] = set()
         self._lock = Lock()
         self._succession = Succession(chosen)

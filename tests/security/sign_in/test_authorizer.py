@@ -12,13 +12,13 @@ import pytest
 
 from goalwire.errors import NotAllowedError, SecurityError
 from goalwire.security import audit, storage
-from goalwire.security.authorizer import Authorizer
 from goalwire.security.environment import Chosen
 from goalwire.security.needs import Permission
 from goalwire.security.policy import Verb
 from goalwire.security.revocation import write_revoked
-from goalwire.security.signed_in import SignedIn
-from goalwire.security.tokens import delete_tokens, load_tokens, make_token, tokens_path
+from goalwire.security.sign_in.authorizer import Authorizer
+from goalwire.security.sign_in.signed_in import SignedIn
+from goalwire.security.sign_in.tokens import delete_tokens, load_tokens, make_token, tokens_path
 
 POLICY = """\
 [roles.console]

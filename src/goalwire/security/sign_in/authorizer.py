@@ -21,7 +21,7 @@ from goalwire.security.needs import Permission
 from goalwire.security.policy import STOP, Decision, Policy, Verb
 from goalwire.security.policy_file import load_policy
 from goalwire.security.revocation import load_revocations, why_refused
-from goalwire.security.tokens import Token, find_token, load_tokens, tokens_path
+from goalwire.security.sign_in.tokens import Token, find_token, load_tokens, tokens_path
 
 LOGGER = 'goalwire.security'
 PUBLISH = Verb.PUBLISH.value
