@@ -14,7 +14,7 @@ from helpers.loops import Play
 import goalwire
 from goalwire.errors import GoalAborted, GoalRefused, NoServerError, ServerStuckError
 from goalwire.logging import add_sink
-from goalwire.rules.goals.cancel import CancelCode
+from goalwire.rules.goals.cancel_requests import CancelCode
 from goalwire.rules.goals.policy import OnClientLost
 from goalwire.rules.goals.table import GoalStatus
 from goalwire.rules.time import Time

@@ -14,7 +14,7 @@ from goalwire.entities.call_context import CallContext
 from goalwire.errors import CallError, InvalidHandle
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import timeout_ns
-from goalwire.rules.goals.cancel import CancelCode, read_stamp
+from goalwire.rules.goals.cancel_requests import CancelCode, read_stamp
 from goalwire.rules.goals.ids import NO_ID, read_goal_id
 from goalwire.rules.goals.server_view import ServerView, hash_of_statuses
 from goalwire.transport.contract import EndpointKind

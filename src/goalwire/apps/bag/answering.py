@@ -10,7 +10,13 @@ from typing import Any
 
 from goalwire.aio import Node
 from goalwire.aio.action.server import Goal
-from goalwire.apps.bag.recorded import Recorded, RecordedCall, RecordedGoal, content_of, read_recorded
+from goalwire.apps.bag.recorded_requests import (
+    Recorded,
+    RecordedCall,
+    RecordedGoal,
+    content_of,
+    read_recorded,
+)
 from goalwire.apps.bag.selection import Selection
 from goalwire.errors import BagError, GoalAborted
 from goalwire.idl import get_action, get_service

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rosbag2_interfaces.srv import Burst, GetRate, PlayNext, Seek, SetRate, Stop
 
-from goalwire.apps.bag.pausing import offer_pausing
+from goalwire.apps.bag.pause_services import offer_pausing
 from goalwire.apps.bag.player import Player
 from goalwire.errors import BagError
 

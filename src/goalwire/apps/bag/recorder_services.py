@@ -7,7 +7,7 @@ import asyncio
 from rosbag2_interfaces.msg import WriteSplitEvent
 from rosbag2_interfaces.srv import Snapshot, SplitBagfile, Stop
 
-from goalwire.apps.bag.pausing import offer_pausing
+from goalwire.apps.bag.pause_services import offer_pausing
 from goalwire.apps.bag.recorder import Recorder
 from goalwire.errors import BagError
 

@@ -14,8 +14,8 @@ MOST_UNDER_WAY = 1000
 """The most calls and goals of one client at a time."""
 
 
-class ClientWork:
-    """The base of each protocol's client."""
+class ClientTasks:
+    """The base of each protocol's client: it has the tasks of that client."""
 
     def __init__(self, hub: Hub, permissions: Permissions) -> None:
         self.hub = hub

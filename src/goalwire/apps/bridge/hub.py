@@ -8,10 +8,10 @@ from contextlib import suppress
 from typing import Any, Self
 
 import goalwire
-from goalwire.apps.bridge.feeds import Feeds
 from goalwire.apps.bridge.interfaces import Interfaces
 from goalwire.apps.bridge.pool import Pool
 from goalwire.apps.bridge.settings import Settings
+from goalwire.apps.bridge.topic_feeds import Feeds
 from goalwire.entities.names import rclpy_exceptions
 from goalwire.errors import UnknownInterfaceError
 from goalwire.graph.names import NamesAndTypes

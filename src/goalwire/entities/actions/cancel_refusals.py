@@ -8,7 +8,7 @@ from goalwire.entities.unspun import tells_at_end
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.places import at
-from goalwire.rules.goals.cancel import CancelCode
+from goalwire.rules.goals.cancel_requests import CancelCode
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal

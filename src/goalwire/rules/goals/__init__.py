@@ -1,6 +1,6 @@
 """The rules of actions: the table of a goal's states; action server and client as reactors without I/O."""
 
-from goalwire.rules.goals.cancel import CancelCode
+from goalwire.rules.goals.cancel_requests import CancelCode
 from goalwire.rules.goals.client import GoalClient, SentGoals
 from goalwire.rules.goals.goal_book import RESULT_TIMEOUT_NS, ServedGoals
 from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id

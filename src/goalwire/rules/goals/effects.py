@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 from goalwire.records import record
 
 if TYPE_CHECKING:
-    from goalwire.rules.goals.cancel import CancelCode
+    from goalwire.rules.goals.cancel_requests import CancelCode
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.goals.table import GoalStatus
 

@@ -27,7 +27,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Generic
 
 from goalwire.errors import InvalidTransition
-from goalwire.rules.goals.cancel import Cancellation, Cancellations, choose
+from goalwire.rules.goals.cancel_requests import Cancellation, Cancellations, choose
 from goalwire.rules.goals.effects import (
     Accepted,
     AskCancel,

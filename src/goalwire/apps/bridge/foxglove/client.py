@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from goalwire.apps.bridge.client_tasks import ClientWork
+from goalwire.apps.bridge.client_tasks import ClientTasks
 from goalwire.apps.bridge.foxglove.frames import ERROR
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
@@ -19,7 +19,7 @@ class BadFieldError(ValueError):
     """A field of an operation is missing or has a wrong value."""
 
 
-class Client(ClientWork):
+class Client(ClientTasks):
     """A client, as the parts of its session use it."""
 
     def __init__(self, hub: Hub, outbox: Outbox, permissions: Permissions) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 
 from rcl_interfaces.msg import ParameterEvent
 
-from goalwire.apps.bridge.feeds import Arrival
 from goalwire.apps.bridge.foxglove.client import Client, Fields, objects_of, texts_of
+from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.errors import CallError
 from goalwire.observe.parameters import NodeParameters, nodes_with_parameters
 from goalwire.rules.parameters.messages import value_of

@@ -9,7 +9,6 @@ from typing import Any
 
 from rosgraph_msgs.msg import Clock
 
-from goalwire.apps.bridge.feeds import Arrival
 from goalwire.apps.bridge.foxglove import frames
 from goalwire.apps.bridge.foxglove.assets import NoAssetError, read_asset
 from goalwire.apps.bridge.foxglove.client import Client, Fields
@@ -20,6 +19,7 @@ from goalwire.apps.bridge.foxglove.topics import PublishedTopics, ShownTopics
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
 from goalwire.apps.bridge.settings import Permissions
+from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.errors import GoalwireError, peer_text
 
 _TOGETHER_S = 0.1

@@ -7,7 +7,6 @@ from itertools import count
 from typing import Any
 
 from goalwire.aio.raw import RawPublisher
-from goalwire.apps.bridge.feeds import Arrival
 from goalwire.apps.bridge.foxglove import frames
 from goalwire.apps.bridge.foxglove.client import (
     BadFieldError,
@@ -18,6 +17,7 @@ from goalwire.apps.bridge.foxglove.client import (
 )
 from goalwire.apps.bridge.hub import full_name
 from goalwire.apps.bridge.outbox import Frame
+from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.cdr import codec
 from goalwire.errors import UnknownInterfaceError
 from goalwire.graph.names import is_part_of_action

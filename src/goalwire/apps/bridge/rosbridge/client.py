@@ -7,7 +7,7 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 
-from goalwire.apps.bridge.client_tasks import ClientWork
+from goalwire.apps.bridge.client_tasks import ClientTasks
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
 from goalwire.apps.bridge.rosbridge.encoding import COMPRESSIONS, cbor, frames, json_text
@@ -23,7 +23,7 @@ class BadOperationError(ValueError):
     """A field of an operation is missing or has an invalid value."""
 
 
-class Client(ClientWork):
+class Client(ClientTasks):
     """A client, as the operations use it."""
 
     def __init__(self, hub: Hub, outbox: Outbox, permissions: Permissions) -> None:

@@ -7,11 +7,11 @@ from typing import Any
 
 from action_msgs.msg import GoalStatusArray
 
-from goalwire.apps.bridge.feeds import Arrival
 from goalwire.apps.bridge.goals import GoalEnd, SentGoal
 from goalwire.apps.bridge.hub import full_name
 from goalwire.apps.bridge.rosbridge.client import BadOperationError, Client, Operation, text_of, with_id
 from goalwire.apps.bridge.rosbridge.values import to_json
+from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.errors import GoalwireError
 from goalwire.rules.goals.table import GoalStatus
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from time import monotonic
 from typing import Any
 
-from goalwire.apps.bridge.feeds import Arrival
 from goalwire.apps.bridge.hub import full_name
 from goalwire.apps.bridge.outbox import Frame
 from goalwire.apps.bridge.rosbridge.client import (
@@ -20,6 +19,7 @@ from goalwire.apps.bridge.rosbridge.client import (
 )
 from goalwire.apps.bridge.rosbridge.encoding import cbor, frames, json_text
 from goalwire.apps.bridge.rosbridge.values import to_cbor, to_json
+from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.errors import UnknownInterfaceError
 from goalwire.records import record
 

@@ -19,7 +19,7 @@ from goalwire.entities.actions.types import (
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import check_group
 from goalwire.execution.waitable import EventQueueWaitable
-from goalwire.rules.goals.cancel import read_stamp
+from goalwire.rules.goals.cancel_requests import read_stamp
 from goalwire.rules.goals.ids import NO_ID
 from rclpy._reexports import reexport
 from rclpy.action._making import action_qos, check_node, refusing_bad_names

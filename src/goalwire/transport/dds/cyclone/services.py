@@ -26,7 +26,6 @@ from goalwire.transport.dds.cyclone.status import PUBLICATION_MATCHED, SUBSCRIPT
 from goalwire.transport.dds.cyclone.wire import RawSample, Reader, Writer
 from goalwire.transport.dds.description import EndpointData, Role, dds_topic, dds_type, encode_endpoint
 from goalwire.transport.dds.environment import CHOICE
-from goalwire.transport.dds.server import DdsRequest, DdsServer
 from goalwire.transport.dds.service_header import (
     Header,
     refusal,
@@ -34,6 +33,7 @@ from goalwire.transport.dds.service_header import (
     unwrap,
     wrap,
 )
+from goalwire.transport.dds.service_server import DdsRequest, DdsServer
 from goalwire.transport.dds.session import ClientEnd
 
 _FOREIGN = (

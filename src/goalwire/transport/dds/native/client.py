@@ -13,8 +13,8 @@ from goalwire.transport.contract import Endpoint, Sample, new_sample
 from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, Role
 from goalwire.transport.dds.native.context import NativeContext
 from goalwire.transport.dds.native.dialects import Dialect, Reply, dialect_of, request_qos
-from goalwire.transport.dds.native.ends import WaitingSamples, make_writer, side_of
 from goalwire.transport.dds.native.replies import ReplyReaders
+from goalwire.transport.dds.native.service_ends import WaitingSamples, make_writer, side_of
 from goalwire.transport.dds.service_header import wrap
 from goalwire.transport.dds.session import ClientEnd
 from goalwire.transport.endpoint import EndpointState

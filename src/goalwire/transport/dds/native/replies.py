@@ -26,8 +26,8 @@ from goalwire.transport.contract import Endpoint
 from goalwire.transport.dds.description import EndpointData, Role
 from goalwire.transport.dds.native.context import NativeContext
 from goalwire.transport.dds.native.dialects import Reply, read_reply
-from goalwire.transport.dds.native.ends import names_of, side_of, user_data
 from goalwire.transport.dds.native.qos import service_qos
+from goalwire.transport.dds.native.service_ends import names_of, side_of, user_data
 from goalwire.transport.endpoint import EndpointState
 
 SILENCE_S = 0.25

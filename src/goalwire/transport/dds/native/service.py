@@ -24,8 +24,8 @@ from goalwire.transport.dds.native.dialects import (
     write_refusal,
     write_reply,
 )
-from goalwire.transport.dds.native.ends import WaitingSamples, make_reader, make_writer, side_of
-from goalwire.transport.dds.server import DdsRequest, DdsServer
+from goalwire.transport.dds.native.service_ends import WaitingSamples, make_reader, make_writer, side_of
+from goalwire.transport.dds.service_server import DdsRequest, DdsServer
 from goalwire.transport.endpoint import EndpointState
 
 MATCHING_S = 0.1

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from goalwire.rules.goals import NO_ID, CancelCode, GoalStatus
-from goalwire.rules.goals.cancel import choose
+from goalwire.rules.goals.cancel_requests import choose
 
 
 @dataclass
