@@ -10,12 +10,17 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TypeAlias
 
+import pytest
 from helpers.forking import ForkServer
 from helpers.patience import COMMAND
 from helpers.processes import Program
+from helpers.wires import DDS
 
 Begin: TypeAlias = Callable[..., Program]
 """`begin(*arguments)` starts a command that goes on; what it prints and complains of is one stream."""
+
+on_dds_too = pytest.mark.parametrize('world', ['rmw_zenoh_cpp', DDS], indirect=True, scope='module')
+"""Marks a command's test that each run makes on both wires: it shows that what the command reads is there."""
 
 
 def executable(name: str = 'ros2') -> Path:

@@ -18,9 +18,16 @@ PROGRAMS = Path(__file__).parent / 'programs'
 _OF_COMMANDS = ('goalwire.apps.cli.main', 'goalwire.aio', 'goalwire.observe', 'rclpy')
 
 
-@pytest.fixture(scope='module', params=['rmw_zenoh_cpp', DDS])
+IN_THE_LONG_RUN = pytest.param(DDS, marks=[pytest.mark.long, pytest.mark.slow])
+
+
+@pytest.fixture(scope='module', params=['rmw_zenoh_cpp', IN_THE_LONG_RUN])
 def world(request: pytest.FixtureRequest) -> dict[str, str]:
-    """An environment that only this module's programs share, on each wire that robots speak."""
+    """An environment that only this module's programs share, on each wire that robots speak.
+
+    Commands know no wire. So most of them are run on DDS in the long run alone, and in each run those that
+    between them use all that commands need of a wire: they are marked `on_dds_too`.
+    """
     require(request.param)
     return isolated_env(request.param)
 

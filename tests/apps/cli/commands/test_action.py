@@ -9,12 +9,13 @@ import time
 import uuid
 
 import pytest
-from helpers.command_line import Begin, CommandLine
+from helpers.command_line import Begin, CommandLine, on_dds_too
 
 FIBONACCI = 'example_interfaces/action/Fibonacci'
 ID = '[0-9a-f]{32}'
 
 
+@on_dds_too
 def test_list_type_find_info(ros2: CommandLine) -> None:
     assert ros2.ok('action', 'list') == '/lab/fibonacci\n'
     assert ros2.ok('action', 'list', '-t') == f'/lab/fibonacci [{FIBONACCI}]\n'
@@ -61,6 +62,7 @@ Goal finished with status: SUCCEEDED
 """
 
 
+@on_dds_too
 def test_send_goal_prints_what_ros_2_prints(ros2: CommandLine) -> None:
     out = ros2.ok('action', 'send_goal', '--feedback', '/lab/fibonacci', FIBONACCI, '{order: 3}')
     assert re.sub(ID, '<id>', out) == SENT + FEEDBACK + RESULT
@@ -162,6 +164,7 @@ def test_goals_are_listed_and_cancelled(ros2: CommandLine, begin: Begin) -> None
     assert second.wait() == 9
 
 
+@on_dds_too
 def test_echo_shows_feedback_and_status(ros2: CommandLine, begin: Begin) -> None:
     ros2.ok('action', 'send_goal', 'lab/fibonacci', 'order=1')
     echo = begin('action', 'echo', 'lab/fibonacci', '--flow-style', '--qos-depth', '50')

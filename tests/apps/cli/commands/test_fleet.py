@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from helpers.command_line import Begin, CommandLine, Ended
+from helpers.command_line import Begin, CommandLine, Ended, on_dds_too
 from helpers.forking import ForkServer
 from helpers.processes import Program
 from helpers.programs import programs_in
@@ -47,6 +47,7 @@ def goalwire(world: dict[str, str], robots: Program, commands: ForkServer, tmp_p
     return Goalwire(CommandLine({**world, 'XDG_STATE_HOME': str(tmp_path)}, server=commands))
 
 
+@on_dds_too
 def test_the_robots_are_listed_by_their_namespaces(goalwire: Goalwire) -> None:
     assert goalwire.ok('fleet list') == 'albert\nalpha\nbeta\n'
     assert goalwire.ok('fleet list -r al* --count') == '2\n'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from helpers.command_line import CommandLine
+from helpers.command_line import CommandLine, on_dds_too
 from helpers.programs import Start
 
 INFO = """/lab/workshop
@@ -34,6 +34,7 @@ INFO = """/lab/workshop
 """
 
 
+@on_dds_too
 def test_nodes_are_listed_and_described(ros2: CommandLine) -> None:
     assert ros2.ok('node', 'list') == '/lab/workshop\n'
     assert ros2.ok('node', 'list', '--all', '--count') == '2\n'
@@ -71,6 +72,7 @@ Parameter name: fixed
 """
 
 
+@on_dds_too
 def test_parameters_are_shown(ros2: CommandLine) -> None:
     assert ros2.ok('param', 'dump', '/lab/workshop') == DUMP
     assert ros2.ok('param', 'describe', '/lab/workshop', 'gears', 'fixed') == DESCRIBED

@@ -8,7 +8,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from helpers.command_line import Begin, CommandLine
+from helpers.command_line import Begin, CommandLine, on_dds_too
 from helpers.programs import Start
 
 PARAMETER_SERVICES = [
@@ -41,6 +41,7 @@ def test_list_as_json_is_a_document_a_line(ros2: CommandLine) -> None:
     assert {'name': '/lab/add', 'types': ['example_interfaces/srv/AddTwoInts']} in documents
 
 
+@on_dds_too
 def test_type_find_and_info(ros2: CommandLine) -> None:
     assert ros2.ok('service', 'type', '/lab/add') == 'example_interfaces/srv/AddTwoInts\n'
     assert ros2.ok('service', 'type', 'lab/add/') == 'example_interfaces/srv/AddTwoInts\n'
@@ -51,6 +52,7 @@ def test_type_find_and_info(ros2: CommandLine) -> None:
     )
 
 
+@on_dds_too
 def test_call_prints_request_and_response(ros2: CommandLine) -> None:
     expected = (
         'requester: making request: example_interfaces.srv.AddTwoInts_Request(a=2, b=3)\n'
@@ -153,6 +155,7 @@ def test_echo_says_what_to_switch_on_where_nobody_publishes_calls(ros2: CommandL
     assert echo.wait() == 130
 
 
+@on_dds_too
 def test_echo_shows_the_steps_of_a_call(ros2: CommandLine, begin: Begin) -> None:
     echo = begin('service', 'echo', '/lab/add', '--qos-reliability', 'reliable', '--qos-depth', '50')
     while not re.search('^---$', echo.output, re.MULTILINE):  # until its subscription is known to the server

@@ -8,7 +8,7 @@ import signal
 import subprocess
 
 import pytest
-from helpers.command_line import Begin, CommandLine, executable
+from helpers.command_line import Begin, CommandLine, executable, on_dds_too
 from helpers.processes import Program
 from std_msgs.msg import Int32MultiArray, MultiArrayDimension, MultiArrayLayout
 
@@ -52,6 +52,7 @@ Subscription count: 0
 """
 
 
+@on_dds_too
 def test_info_is_what_ros_2_prints(ros2: CommandLine) -> None:
     assert ros2.ok('topic', 'info', '/lab/state') == (
         'Type: std_msgs/msg/String\nPublisher count: 1\nSubscription count: 0\n'
@@ -119,6 +120,7 @@ def test_echo_filters(ros2: CommandLine, sensor: Program) -> None:
     assert 'no message came' in ros2.fails('topic', 'echo', 'lab/orders', '--timeout', '0.2', code=5)
 
 
+@on_dds_too
 def test_hz_bw_and_delay_tell_what_comes(begin: Begin, sensor: Program) -> None:
     running = [begin('topic', verb, '/point') for verb in ('hz', 'bw', 'delay')]
     hz, bw, delay = running
@@ -149,6 +151,7 @@ def test_whoever_reads_may_leave(world: dict[str, str], sensor: Program, command
         assert (running.wait(30), running.stderr.read()) == (141, '')
 
 
+@on_dds_too
 def test_pub_waits_publishes_and_leaves(ros2: CommandLine, workshop: Program) -> None:
     out = ros2.ok('topic', 'pub', '--once', 'lab/orders', 'std_msgs/msg/String', '{data: tea}')
     assert out.endswith("publisher: beginning loop\npublishing #1: std_msgs.msg.String(data='tea')\n\n")

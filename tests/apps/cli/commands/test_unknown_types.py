@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from helpers.away import STRANGER, knowing_away
-from helpers.command_line import Begin, CommandLine, executable
+from helpers.command_line import Begin, CommandLine, executable, on_dds_too
 from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from helpers.processes import Program
@@ -48,6 +48,7 @@ def ros2(world: dict[str, str], stranger: Program, commands: ForkServer, tmp_pat
     return CommandLine(world, tmp_path, commands)
 
 
+@on_dds_too
 def test_a_topic_is_echoed(ros2: CommandLine) -> None:
     shown = ros2.ok('topic', 'echo', '/gauge', '--once')
     assert shown.startswith('name: oil\nneedle:\n  angle: 0.5\nscale:\n- 0.0\n')
@@ -138,6 +139,7 @@ def test_a_bag_has_the_definition(
         assert (gauge.name, gauge.needle.angle) == ('oil', 0.5)
 
 
+@on_dds_too
 def test_calls_and_goals_of_a_bag_are_read_where_their_types_are_unknown(
     ros2: CommandLine, world: dict[str, str], stranger: Program, tmp_path: Path
 ) -> None:

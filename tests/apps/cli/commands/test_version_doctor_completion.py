@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from helpers.command_line import CommandLine, executable
+from helpers.command_line import CommandLine, executable, on_dds_too
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 
@@ -23,6 +23,7 @@ from goalwire.transport import registry
 PROGRAMS = Path(__file__).parents[1] / 'programs'
 
 
+@on_dds_too
 def test_version_names_goalwire_and_its_parts(ros2: CommandLine) -> None:
     out = ros2.ok('version')
     assert out == ros2.ok('--version')
@@ -30,6 +31,7 @@ def test_version_names_goalwire_and_its_parts(ros2: CommandLine) -> None:
     assert json.loads(ros2.ok('version', '--json'))['goalwire'] == goalwire.__version__
 
 
+@on_dds_too
 def test_doctor_sees_peers_and_has_two_processes_talk(ros2: CommandLine) -> None:
     out = ros2.ok('doctor')
     assert 'ok   peers: 2 nodes in 1 sessions: /_hidden, /lab/workshop\n' in out
@@ -39,6 +41,7 @@ def test_doctor_sees_peers_and_has_two_processes_talk(ros2: CommandLine) -> None
     assert all(check['is_well'] for check in checks)
 
 
+@on_dds_too
 def test_doctor_names_the_endpoints_whose_qos_does_not_go_together(
     ros2: CommandLine, world: dict[str, str]
 ) -> None:
