@@ -21,7 +21,10 @@ class FileLock:
             self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
         except OSError as error:
             raise JournalError(f"'{path}' cannot be opened: {error.strerror}") from error
-        if not _try_to_lock(self._descriptor):
+        is_taken = _try_to_lock(self._descriptor)
+        while not is_taken and not _is_locked(self._descriptor):  # someone has just asked has_runner
+            is_taken = _try_to_lock(self._descriptor)
+        if not is_taken:
             os.close(self._descriptor)
             raise JournalError(
                 f"another runner has '{path}': a journal has only one runner, so that no step runs twice"
@@ -49,6 +52,28 @@ class FileLock:
             self._descriptor = -1
 
 
+def lock_path(journal: Path) -> Path:
+    """Return the path of a journal's lock file."""
+    return journal.with_name(f'{journal.name}.lock')
+
+
+def has_runner(journal: Path) -> bool:
+    """Return whether a runner, of this process or another one, has a journal now.
+
+    If the lock file cannot be opened by this user, the answer is yes: nobody can claim the contrary.
+    """
+    try:
+        descriptor = os.open(lock_path(journal), os.O_RDONLY)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    try:
+        return _is_locked(descriptor)
+    finally:
+        os.close(descriptor)
+
+
 if sys.platform == 'win32':
     import msvcrt
 
@@ -59,6 +84,15 @@ if sys.platform == 'win32':
             return False
         return True
 
+    def _is_locked(descriptor: int) -> bool:
+        """Return whether a runner has locked the first byte: then nobody else can read it."""
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        try:
+            os.read(descriptor, 1)
+        except PermissionError:
+            return True
+        return False
+
 else:
     import fcntl
 
@@ -68,3 +102,12 @@ else:
         except OSError:
             return False
         return True
+
+    def _is_locked(descriptor: int) -> bool:
+        """Return whether a runner has the lock. A shared lock, which is given back at once, tells that."""
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError:
+            return True
+        fcntl.flock(descriptor, fcntl.LOCK_UN)
+        return False

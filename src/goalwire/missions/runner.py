@@ -12,7 +12,7 @@ from uuid import uuid4
 
 from goalwire.errors import ClosedError, JournalError, MissionError, MissionIdTaken
 from goalwire.missions.clients import Clients
-from goalwire.missions.file_lock import FileLock
+from goalwire.missions.file_lock import FileLock, lock_path
 from goalwire.missions.questions import answer_body
 from goalwire.missions.run import Boundary, MissionRun
 from goalwire.missions.schedule import Missed, Slots, keep_schedule, slot_id
@@ -76,7 +76,7 @@ class Runner:
     async def __aenter__(self) -> Self:
         """Open the journal and continue its open missions. Raises JournalError."""
         async with AsyncExitStack() as stack:
-            lock = FileLock(self._path.with_name(f'{self._path.name}.lock'))
+            lock = FileLock(lock_path(self._path))
             stack.callback(lock.close)
             store = Store(self._path)
             writer = Writer(store, self._computer)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from goalwire.apps.cli.main import run_command
+from goalwire.missions.file_lock import FileLock, lock_path
 from goalwire.missions.store import Change, MissionRow, Store
 from goalwire.rules.missions.entries import Entry, EntryKind, Json, MissionState
 
@@ -71,8 +72,27 @@ def test_missions_are_listed_with_what_they_wait_for(journal: Journal) -> None:
     found = [json.loads(line) for line in journal.run('list', '--json')]
     assert found[0] == {
         'id': 'running', 'name': 'tour', 'version': 1, 'arguments': [0], 'state': 'running',
-        'why': 'for a reason', 'begun': 0.0, 'changed': 3.0, 'result': None,
+        'why': 'for a reason', 'begun': 0.0, 'changed': 3.0, 'result': None, 'has_runner': False,
     }  # fmt: skip
+
+
+def test_open_missions_that_nobody_runs_are_marked(journal: Journal) -> None:
+    def marked() -> set[str]:
+        return {line.split()[0] for line in journal.run('list') if '; nobody runs it  for a' in line}
+
+    everything = {state.replace(' ', '-') for state in MissionState if state.is_open}
+    told = 'Runner: none; the mission goes on when its runner is started'
+    assert marked() == everything
+    assert told in journal.run('show', 'running')
+    assert told not in journal.run('show', 'succeeded')
+    lock = FileLock(lock_path(journal.file))
+    try:
+        assert not marked()
+        assert told not in journal.run('show', 'running')
+        assert json.loads(journal.run('show', 'running', '--json')[0])['has_runner'] is True
+    finally:
+        lock.close()
+    assert marked() == everything
 
 
 @pytest.mark.parametrize(

@@ -50,23 +50,30 @@ def add_list_missions_arguments(parser: ArgumentParser) -> None:
 
 def list_missions(arguments: Namespace, output: Output) -> None:
     """Print the missions in the order in which they began; raises CommandError."""
+    from goalwire.missions.file_lock import has_runner
+
     with open_journal(arguments) as store:
         rows = [row for row in store.missions() if row.state.is_open or not arguments.open]
+    is_run = has_runner(arguments.journal)
     for row in rows:
         if output.json:
-            output.data(row_data(row))
+            output.data(row_data(row) | {'has_runner': is_run})
             continue
         state = output.style(f'{row.state:10}', state_style(row.state))
+        runner = '' if is_run or not row.state.is_open else '; nobody runs it'
         why = f'  {row.why}' if row.why else ''
-        output.block(f'{row.id}  {state}  {row.name}  since {clock_time(row.begun)}{why}')
+        output.block(f'{row.id}  {state}  {row.name}  since {clock_time(row.begun)}{runner}{why}')
 
 
 def show_mission(arguments: Namespace, output: Output) -> None:
     """Print the mission; raises CommandError."""
+    from goalwire.missions.file_lock import has_runner
+
     with open_journal(arguments) as store:
         row = find_mission(store, arguments.mission_id)
+    is_run = has_runner(arguments.journal)
     if output.json:
-        output.data(row_data(row))
+        output.data(row_data(row) | {'has_runner': is_run})
         return
     output.line(f'Mission: {row.id}')
     output.line(f'Code: {row.name}, version {row.version}')
@@ -77,6 +84,8 @@ def show_mission(arguments: Namespace, output: Output) -> None:
         output.line(f'Why: {row.why}')
     if row.result is not None:
         output.line(f'Result: {row.result}')
+    if row.state.is_open and not is_run:
+        output.line('Runner: none; the mission goes on when its runner is started')
     if row.state.waits_for_somebody:
         output.line(f'Next: {next_command(row)}')
 
