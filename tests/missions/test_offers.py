@@ -13,7 +13,7 @@ from example_interfaces.action import Fibonacci
 from helpers.missions import Base, Robot, play
 
 import goalwire
-from goalwire.errors import GoalAborted, GoalCanceled, GoalIdTaken, GoalRefused
+from goalwire.errors import GoalAborted, GoalCanceled, GoalIdTaken, GoalRefused, ServerLostError
 from goalwire.missions import MissionState, Runner, Steps, mission, offer
 from goalwire.missions.writer import Writer
 
@@ -62,6 +62,26 @@ async def follow(goal_id: UUID) -> list[int]:
         return list((await run.result).sequence)
 
 
+def hold_up_the_journal(monkeypatch: pytest.MonkeyPatch) -> tuple[asyncio.Event, asyncio.Event]:
+    """Hold up what begins the mission ORDER when it is in the journal. Set the first event then, and wait for
+    the second one.
+    """
+    written, go_on = asyncio.Event(), asyncio.Event()
+    run_in_thread = Writer.run
+
+    async def run_slowly(writer: Writer, function: Callable[[], Any]) -> Any:
+        value = await run_in_thread(writer, function)
+        if not written.is_set():
+            is_there = await run_in_thread(writer, lambda: writer.store.mission(ORDER.hex)) is not None
+            if is_there and not written.is_set():
+                written.set()
+                await go_on.wait()
+        return value
+
+    monkeypatch.setattr(Writer, 'run', run_slowly)
+    return written, go_on
+
+
 def test_a_goal_is_a_mission_of_the_same_id(base: Base) -> None:
     async def scenario() -> None:
         robot = Robot()
@@ -96,7 +116,7 @@ def test_a_goal_that_comes_again_after_its_runner_died_waits_for_its_mission(bas
             async with offered(base):
                 first = asyncio.ensure_future(ask(3, ORDER))
                 await robot.until(1)
-            with pytest.raises(goalwire.CallError):
+            with pytest.raises(ServerLostError):  # and not that the goal was aborted: its mission goes on
                 await first
             async with offered(base):
                 assert await ask(3, ORDER) == [3]
@@ -167,22 +187,12 @@ def test_cancelling_the_goal_cancels_the_mission_and_undoes_it(base: Base) -> No
 def test_a_goal_that_is_cancelled_while_its_mission_is_written_cancels_the_mission(
     base: Base, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    written, go_on = asyncio.Event(), asyncio.Event()
-    run_in_thread = Writer.run
-
-    async def run_slowly(writer: Writer, function: Callable[[], Any]) -> Any:
-        value = await run_in_thread(writer, function)
-        is_there = await run_in_thread(writer, lambda: writer.store.mission(ORDER.hex)) is not None
-        if is_there and not written.is_set():
-            written.set()
-            await go_on.wait()
-        return value
+    written, go_on = hold_up_the_journal(monkeypatch)
 
     async def scenario() -> None:
         robot = Robot()
         async with robot.served():
             async with offered(base) as runner, goalwire.Node('brain') as node:
-                monkeypatch.setattr(Writer, 'run', run_slowly)
                 async with node.action(Fibonacci, 'fetch').send(order=3, goal_id=ORDER) as run:
                     await written.wait()
                     cancelling = asyncio.ensure_future(run.cancel())
@@ -195,6 +205,79 @@ def test_a_goal_that_is_cancelled_while_its_mission_is_written_cancels_the_missi
                 assert mission_run.state is MissionState.CANCELED
             async with offered(base) as runner:  # this one finds no mission to go on with
                 assert not runner.missions()
+
+    play(scenario)
+
+
+def test_a_goal_whose_cancelled_mission_is_still_undone_when_the_program_ends_has_not_ended(
+    base: Base,
+) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), goalwire.Node('brain') as node:
+            async with offered(base) as runner:
+                run = await node.action(Fibonacci, 'fetch').send(order=3, goal_id=ORDER).__aenter__()
+                await robot.until(1)
+                await run.cancel()
+                await robot.until(2)
+            with pytest.raises(ServerLostError):
+                await run.result
+            async with offered(base) as runner:
+                [mission_run] = runner.missions()
+                await mission_run.ended.wait()
+                assert mission_run.state is MissionState.CANCELED
+        assert robot.places == [3, 0]
+
+    play(scenario)
+
+
+def test_a_goal_whose_program_ends_while_its_mission_is_written_has_not_ended(
+    base: Base, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written, go_on = hold_up_the_journal(monkeypatch)
+
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            async with offered(base):
+                asking = asyncio.ensure_future(ask(3, ORDER))
+                await written.wait()
+                asyncio.get_running_loop().call_later(1.0, go_on.set)
+            with pytest.raises(ServerLostError):
+                await asking
+            async with offered(base) as runner:
+                [run] = runner.missions()
+                assert await run.wait() == 3
+        assert robot.places == [3]
+
+    play(scenario)
+
+
+def test_closing_the_server_of_an_offer_ends_no_goal(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with (
+            robot.served(),
+            base.graph.node('runner') as node,
+            Runner(node, base.path, missions=[fetch]) as runner,
+        ):
+            server = offer(
+                node,
+                runner,
+                fetch,
+                Fibonacci,
+                'fetch',
+                arguments=lambda goal: [goal.order],
+                result=lambda value: Fibonacci.Result(sequence=[value]),
+            )
+            asking = asyncio.ensure_future(ask(3, ORDER))
+            await robot.until(1)
+            server.close()
+            with pytest.raises(ServerLostError):
+                await asking
+            [run] = runner.missions()
+            assert await run.wait() == 3
+        assert robot.places == [3]
 
     play(scenario)
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, TypeVar
 
-from goalwire.errors import GoalAborted, JournalError, MissionIdTaken
+from goalwire.errors import ClosedError, GoalAborted, JournalError, MissionIdTaken
 from goalwire.rules.missions.entries import MissionState
 
 if TYPE_CHECKING:
@@ -42,7 +43,8 @@ def offer(
     `arguments(goal)` returns the mission's arguments, `priority(goal)` its priority in a runner that carries
     out one mission at a time, and `result(value)` the result's message for the mission's value. Cancelling
     the goal cancels the mission, and its undo steps run. A mission that fails aborts its goal; so does one
-    whose id was used with other arguments. Raises as `Node.action_server` does.
+    whose id was used with other arguments. If the program ends before the mission, the client hears that the
+    server has gone, and not that the goal has ended. Raises as `Node.action_server` does.
     """
 
     async def carry_out(goal: goalwire.Goal[GoalT, FeedbackT]) -> ResultT:
@@ -58,16 +60,32 @@ def offer(
             await run.ended.wait()
         except (MissionIdTaken, JournalError) as error:
             raise GoalAborted(str(error)) from error
+        except ClosedError:  # the runner has ended: maybe the mission is in the journal, maybe not
+            server.close()
+            raise asyncio.CancelledError from None
         except asyncio.CancelledError:
-            await asyncio.wait([beginning])
-            if beginning.exception() is None and goal.is_canceled:
-                # Without `is_canceled` the node is closing: then the mission goes on later.
-                await runner.cancel(id_)
-                await beginning.result().ended.wait()
+            try:
+                await asyncio.wait([beginning])
+                if beginning.exception() is None and goal.is_canceled and not server.is_closed:
+                    with suppress(ClosedError):  # the runner is closing: the next one finds the mission
+                        await runner.cancel(id_)
+                        await beginning.result().ended.wait()
+            finally:
+                if _goes_on(beginning):
+                    server.close()  # the client must not hear that the mission has ended
             raise
         return _result_of(run, result)
 
-    return node.action_server(action_type, name, carry_out)
+    server = node.action_server(action_type, name, carry_out)
+    server.leave_goals()
+    return server
+
+
+def _goes_on(beginning: asyncio.Future[MissionRun]) -> bool:
+    """Return whether the next runner may go on with a mission, since this one is closing."""
+    if not beginning.done() or isinstance(beginning.exception(), ClosedError):
+        return True
+    return beginning.exception() is None and not beginning.result().ended.is_set()
 
 
 def _result_of(run: MissionRun, result: Callable[..., ResultT]) -> ResultT:

@@ -107,6 +107,7 @@ class Runner:
         await self._resources.aclose()
 
     async def _end(self) -> None:
+        self._writer = None  # from now on no mission begins
         if self._alive is not None:
             self._alive.cancel()
         assert self._commands is not None
@@ -118,7 +119,6 @@ class Runner:
             await run.close()
         await self._clients.close()
         self._lock.note(self._computer.sighting())
-        self._writer = None
 
     def _note_alive(self) -> None:
         """Record a sign of life in the lock's file, again and again while missions are open."""

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, TypeVar
 
+from goalwire.errors import ClosedError
+
 if TYPE_CHECKING:
     from goalwire.missions.store import Change, Store
     from goalwire.missions.this_computer import ThisComputer
@@ -27,6 +29,7 @@ class Writer:
         self._waiting: list[Change] = []
         self._commit: asyncio.Task[None] | None = None
         self._next: asyncio.Task[None] | None = None
+        self._is_closed = False
 
     async def write(self, change: Change) -> None:
         """Write a change, and return when it is on the disk. Raises JournalError."""
@@ -43,7 +46,9 @@ class Writer:
         await self.run(lambda: self.store.commit(changes, self._computer.wall()))
 
     async def run(self, function: Callable[[], T]) -> T:
-        """Call a function on the writer's thread, which may use the store."""
+        """Call a function on the writer's thread, which may use the store. Raises ClosedError."""
+        if self._is_closed:
+            raise ClosedError("the missions' runner has ended: its journal is closed")
         return await asyncio.get_running_loop().run_in_executor(self._thread, function)
 
     async def close(self) -> None:
@@ -53,5 +58,6 @@ class Writer:
             await asyncio.wait(under_way)
             for task in under_way:
                 task.exception()  # read the error, or asyncio logs it: each waiting caller gets it
+        self._is_closed = True
         self._thread.shutdown()
         self.store.close()

@@ -183,6 +183,18 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         """Return the counts of goals, requests and feedback."""
         return self._core.statistics()
 
+    def leave_goals(self) -> None:
+        """Have the goals go on when the server closes: then it aborts none of them.
+
+        For servers whose goals are carried out elsewhere. A client hears that the server has gone.
+        """
+        self._core.leaves_goals = True
+
+    @property
+    def is_closed(self) -> bool:
+        """True once the server or its node was closed."""
+        return self._core.destroyed
+
     def close(self) -> None:
         """Accept no more goals. Running goals are aborted, and their handlers cancelled. Idempotent."""
         self._core.destroy()

@@ -9,6 +9,7 @@ the goal handles.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -96,6 +97,8 @@ class ActionServerCore:
         self._encode_feedback = codec.encoder(self._feedback_class)
         self.failed = 0
         """How many executions of goals raised an error."""
+        self.leaves_goals = False
+        """True if the goals go on when the server is destroyed, so that nobody may hear that they ended."""
         self._feedback = 0
         self.durations = Latencies()
         """How long execute callbacks took."""
@@ -336,7 +339,10 @@ class ActionServerCore:
     # -- the end -------------------------------------------------------------------------------------------
 
     def destroy(self) -> None:
-        """Answer every open request, abort the running goals, undeclare the endpoints. Idempotent."""
+        """Answer every open request, abort the running goals, undeclare the endpoints. Idempotent.
+
+        With `leaves_goals` no goal is aborted, and requests for results get no answer.
+        """
         if self.destroyed:
             return
         self.destroyed = True
@@ -346,6 +352,6 @@ class ActionServerCore:
             self.node.remains.discard(self.clients.close)
             self.clients.close()
         self._endpoints.take_result_requests()
-        self.dispatch(self.reactor.on_close)
+        self.dispatch(partial(self.reactor.on_close, leaves_goals=self.leaves_goals))
         self.results.close()
         self._endpoints.close()

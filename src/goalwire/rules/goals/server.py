@@ -324,10 +324,11 @@ class GoalServer(Generic[RequestT, ResultT]):
 
     # ---- the end of the server ----
 
-    def on_close(self) -> ServerEffects[RequestT, ResultT]:
+    def on_close(self, *, leaves_goals: bool = False) -> ServerEffects[RequestT, ResultT]:
         """Answer every open request and abort every active goal, since the server is being destroyed.
 
-        [ReplyGoal…, (PublishStatus,) ReplyCancel…, PublishStatus, ReplyResult…]. Later goals are refused.
+        [ReplyGoal…, (PublishStatus,) ReplyCancel…, PublishStatus, ReplyResult…]. Later goals are refused. If
+        the server leaves its goals, which go on elsewhere, none is aborted, and no result is sent.
         """
         self._closed = True
         self._places.clear()
@@ -336,12 +337,11 @@ class GoalServer(Generic[RequestT, ResultT]):
             effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
         for number in list(self._cancellations.open):
             effects += self._answer_cancellation(number)
-        for goal in self.goals.values():
-            if not goal.status.is_terminal:
-                self._book.abort(goal)
-        effects.append(PublishStatus())
+        effects += [] if leaves_goals else [PublishStatus()]
         for goal in list(self.goals.values()):
-            if not goal.ended:
+            if not (leaves_goals or goal.status.is_terminal):
+                self._book.abort(goal)
+            if not (leaves_goals or goal.ended):
                 effects += _tell_result(goal, goal.result, self.journal)
             self._book.discard(goal)
         self._book.expiring.clear()
