@@ -15,6 +15,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from threading import Lock
 from typing import IO, Self
@@ -44,7 +45,8 @@ class Forked:
     def send_signal(self, number: int) -> None:
         """Send a signal to the program alone, unless it has ended."""
         if self.returncode is None:
-            os.kill(self.pid, number)
+            with suppress(ProcessLookupError):  # it has ended, and its end is not yet told
+                os.kill(self.pid, number)
 
     def kill(self) -> None:
         """End the program at once."""

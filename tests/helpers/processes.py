@@ -61,6 +61,7 @@ class Program:
         self._lines: list[str] = []
         self._next = 0
         self._at_end = False
+        self._is_closed = False
         self._changed = threading.Condition()
         self._ended = threading.Event()
         self._reader = threading.Thread(target=self._read, name='program-reader')
@@ -153,7 +154,14 @@ class Program:
         return f'--- its output, exit code {self._process.returncode}:\n' + '\n'.join(self._lines)
 
     def close(self) -> None:
-        """Kill what still runs of the program and its children, and collect it."""
+        """Kill what still runs of the program and its children, and collect it. Idempotent.
+
+        Close a program that has ended soon: its process id, and so the id of its group, may be given to
+        another program, which would be killed.
+        """
+        if self._is_closed:
+            return
+        self._is_closed = True
         self._kill_group()
         assert self._process.stdin is not None
         assert self._process.stdout is not None
