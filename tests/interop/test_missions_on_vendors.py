@@ -20,6 +20,7 @@ from helpers.killed_missions import (
     assert_each_was_executed_once,
     assert_none_was_sent_to_a_server_that_knew_it,
     may_read_packets,
+    ports_of,
 )
 from helpers.processes import Program
 from helpers.wires import DDS
@@ -51,6 +52,11 @@ def test_no_goal_runs_twice_at_a_server_of_the_real_rclpy(
         return Program(PROGRAMS / 'vendor_drives.py', str(executions), env=env, python=python)
 
     with ExitStack() as stack:
+        heard = tmp_path / 'heard.txt' if may_read_packets() else None
+        if heard is not None:
+            stack.enter_context(Program(TAP, str(heard), *ports_of(env['ROS_DOMAIN_ID']), env=env)).expect(
+                '^ready$'
+            )
         world = World(
             tmp_path,
             stack,
@@ -58,14 +64,13 @@ def test_no_goal_runs_twice_at_a_server_of_the_real_rclpy(
             mission=PROGRAMS / 'vendor_rounds.py',
             places=2 * KILLS,
             env=env | {CHOICE: NATIVE, 'AMENT_PREFIX_PATH': str(python.parents[1])},
-            tap=TAP if may_read_packets() else None,
+            heard=heard,
         )
         world.kill_often(victims, KILLS, chance)
     record_property('kills', world.kills)
     record_property('questions', world.questions())
-    record_property('tapped', world.is_tapped)
+    record_property('tapped', world.heard is not None)
     assert_each_was_executed_once(world)
-    if world.is_tapped:
+    if world.heard is not None:
         assert_none_was_sent_to_a_server_that_knew_it(world)
     assert victims != 'client' or world.questions() == 0
-    assert world.kills >= KILLS * 0.8

@@ -1,8 +1,9 @@
 """Serves the action `drive`, and writes each execution into the file that it is given.
 
-`base.py EXECUTIONS [JOURNAL]`
+`base.py EXECUTIONS SHORT LONG [JOURNAL]`
 
-Every eighth goal takes longer, so that a runner that was killed and started again finds it running.
+A goal takes SHORT s; every eighth takes LONG s, so that a runner that was killed and started again finds it
+running.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from example_interfaces.action import Fibonacci
 import goalwire
 
 
-async def main(path: str, journal: str | None = None) -> None:
+async def main(path: str, short: str, long: str, journal: str | None = None) -> None:
     with Path(path).open('a', encoding='utf-8') as executions:  # noqa: ASYNC230 - it is short
         async with goalwire.Node('base') as node:
 
@@ -27,7 +28,7 @@ async def main(path: str, journal: str | None = None) -> None:
 
             async def drive(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
                 note(goal.goal_id, 'begun')
-                await asyncio.sleep(5.0 if goal.request.order % 8 == 3 else 0.5)
+                await asyncio.sleep(float(long if goal.request.order % 8 == 3 else short))
                 note(goal.goal_id, 'ended')
                 return Fibonacci.Result(sequence=[goal.request.order])
 
