@@ -65,7 +65,7 @@ def records() -> Iterator[list[LogRecord]]:
 
 def _running_executors() -> list[object]:
     """Take out what the tests after this one would be blamed for."""
-    module = sys.modules.get('goalwire.execution.current')
+    module = sys.modules.get('goalwire.execution.current_callback')
     if module is None:
         return []
     executors: list[object] = module.active_executors.executors

@@ -10,11 +10,11 @@ from importlib import import_module
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from goalwire.apps.bag.answering import Answers
-    from goalwire.apps.bag.comparing import Difference, Tolerance
+    from goalwire.apps.bag.live_comparison import Replay, ReplayOptions
+    from goalwire.apps.bag.message_comparison import Difference, Tolerance
     from goalwire.apps.bag.options import PlayOptions, RecordOptions
     from goalwire.apps.bag.player import Player
     from goalwire.apps.bag.recorder import Recorder
-    from goalwire.apps.bag.replaying import Replay, ReplayOptions
     from goalwire.apps.bag.selection import Names, Selection
     from goalwire.errors import BagError
     from goalwire.rosbag2.model import Message, Schema, Topic
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _ORIGINS = {
     'Answers': 'goalwire.apps.bag.answering',
     'BagError': 'goalwire.errors',
-    'Difference': 'goalwire.apps.bag.comparing',
+    'Difference': 'goalwire.apps.bag.message_comparison',
     'Message': 'goalwire.rosbag2.model',
     'Names': 'goalwire.apps.bag.selection',
     'PlayOptions': 'goalwire.apps.bag.options',
@@ -32,11 +32,11 @@ _ORIGINS = {
     'Reader': 'goalwire.rosbag2.reader',
     'RecordOptions': 'goalwire.apps.bag.options',
     'Recorder': 'goalwire.apps.bag.recorder',
-    'Replay': 'goalwire.apps.bag.replaying',
-    'ReplayOptions': 'goalwire.apps.bag.replaying',
+    'Replay': 'goalwire.apps.bag.live_comparison',
+    'ReplayOptions': 'goalwire.apps.bag.live_comparison',
     'Schema': 'goalwire.rosbag2.model',
     'Selection': 'goalwire.apps.bag.selection',
-    'Tolerance': 'goalwire.apps.bag.comparing',
+    'Tolerance': 'goalwire.apps.bag.message_comparison',
     'Topic': 'goalwire.rosbag2.model',
     'Writer': 'goalwire.rosbag2.writer',
 }

@@ -10,7 +10,7 @@ import pytest
 from goalwire.entities.deadlock_detector import DeadlockDetector
 from goalwire.errors import WouldDeadlockError
 from goalwire.execution.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
-from goalwire.execution.current import held_groups
+from goalwire.execution.current_callback import held_groups
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.graph.graph import Graph

@@ -11,7 +11,7 @@ from helpers.execution import SmallContext, SmallNode, Spinning
 from helpers.patience import PATIENCE
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.current import current_executor, current_groups, why_it_cannot_answer
+from goalwire.execution.current_callback import current_executor, current_groups, why_it_cannot_answer
 from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future, block_on

@@ -19,7 +19,7 @@ from goalwire.entities.pending_call import (
     PendingCall,
     RequestClient,
 )
-from goalwire.entities.recorded_calls import watch_recorders
+from goalwire.entities.recorder_watch import watch_recorders
 from goalwire.entities.retrying import Retries
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport

@@ -21,7 +21,7 @@ from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
 from goalwire.entities.endpoint import EndpointPlaces
 from goalwire.entities.rosout import Rosout
-from goalwire.entities.unspun import UnspunNodes, ends_early
+from goalwire.entities.unspun_nodes import UnspunNodes, ends_early
 from goalwire.errors import NotInitializedException, RCLError
 from goalwire.execution import signals, uncaught
 from goalwire.execution.handle import handle_of

@@ -6,7 +6,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import WouldDeadlockError
-from goalwire.execution.current import why_it_cannot_answer
+from goalwire.execution.current_callback import why_it_cannot_answer
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 from weakref import finalize
 
 from goalwire.entities.arguments import node_arguments
+from goalwire.entities.dropped_nodes import Remains
 from goalwire.entities.names import (
     ResolvedAction,
     expand_name,
@@ -15,7 +16,6 @@ from goalwire.entities.names import (
     remap_name,
     resolve_action_names,
 )
-from goalwire.entities.remains import Remains
 from goalwire.errors import InvalidHandle
 from goalwire.execution.clock import ROSClock
 from goalwire.execution.ready_queue import NodeWorkQueue
@@ -26,7 +26,7 @@ from goalwire.rules.names import RemapRules
 if TYPE_CHECKING:
     from goalwire.entities.context import Context
     from goalwire.entities.standard_types import MakeService
-    from goalwire.entities.unspun import UnspunNode
+    from goalwire.entities.unspun_nodes import UnspunNode
     from goalwire.graph.graph import Graph
     from goalwire.rules.parameters import ParameterValue
     from goalwire.rules.parameters.unused import OverrideUse

@@ -24,7 +24,7 @@ from goalwire.rules.time import LATEST_STAMP, S_TO_NS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
-    from goalwire.entities.remains import Remains
+    from goalwire.entities.dropped_nodes import Remains
     from goalwire.transport.contract import NodePort
 
 TOPIC = '/rosout'

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.coroutines import Answering
 from goalwire.entities.node import NodeCore
-from goalwire.entities.recorded_calls import watch_recorders
+from goalwire.entities.recorder_watch import watch_recorders
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step
 from goalwire.entities.type_support import ServiceSupport

@@ -45,7 +45,7 @@ class Step(IntEnum):
 
 
 class Closable(Protocol):
-    """The watch for recorders (recorded_calls.py), as far as its owner needs it."""
+    """The watch for recorders (recorder_watch.py), as far as its owner needs it."""
 
     def close(self) -> None:
         """Stop publishing. Idempotent."""

@@ -10,7 +10,7 @@ from weakref import ReferenceType, ref
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
-from goalwire.execution.current import why_it_cannot_answer
+from goalwire.execution.current_callback import why_it_cannot_answer
 from goalwire.rules.qos import QoS, ReliabilityPolicy
 from goalwire.rules.time import S_TO_NS, ClockType, Time
 

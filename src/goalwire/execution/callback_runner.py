@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.concurrency.forks import reset_in_children
 from goalwire.concurrency.snapshots import copy_of
-from goalwire.execution.current import held_groups
+from goalwire.execution.current_callback import held_groups
 from goalwire.execution.next_callback import CallbackChooser
 
 if TYPE_CHECKING:

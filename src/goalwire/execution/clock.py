@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypedDict
 
 from goalwire.errors import LocalError, NotInitializedException
-from goalwire.execution.current import add_capacity
+from goalwire.execution.current_callback import add_capacity
 from goalwire.execution.handle import handle_of
 from goalwire.execution.monotonic import STEADY, SteadyClock
 from goalwire.execution.timer_heap import TimerEntry

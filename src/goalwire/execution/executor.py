@@ -14,7 +14,7 @@ from goalwire.errors import (
     TimeoutException,
 )
 from goalwire.execution.callback_runner import CallbackRunner
-from goalwire.execution.current import active_executors, held_groups
+from goalwire.execution.current_callback import active_executors, held_groups
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import deadline_after
 from goalwire.execution.ready_queue import NodeWorkQueue

@@ -7,7 +7,7 @@ import warnings
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from goalwire.execution.current import active_executors
+from goalwire.execution.current_callback import active_executors
 from goalwire.execution.monotonic import STEADY, SteadyClock
 from goalwire.execution.ready_queue import CallbackSource
 from goalwire.execution.waiting import Waiter, running_loop

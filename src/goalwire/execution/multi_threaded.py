@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import ExternalShutdownException
-from goalwire.execution.current import active_executors
+from goalwire.execution.current_callback import active_executors
 from goalwire.execution.drain_tracker import DrainTracker
 from goalwire.execution.executor import Timeout
 from goalwire.execution.monotonic import STEADY, deadline_after

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.current import held_groups
+from goalwire.execution.current_callback import held_groups
 from goalwire.execution.future import Future
 from goalwire.execution.ready_queue import CallSoon
 from goalwire.execution.waiting import StopCondition

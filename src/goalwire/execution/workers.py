@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from goalwire.execution.current import active_executors
+from goalwire.execution.current_callback import active_executors
 from goalwire.execution.executor import Executor
 from goalwire.execution.ready_queue import ReadyQueue
 from goalwire.execution.spinning import StopWhen

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 from goalwire.errors import LaunchError
 from goalwire.launching.actions import Shutdown as ShutdownAction
-from goalwire.launching.child import Child, start_child
+from goalwire.launching.child_process import Child, start_child
 from goalwire.launching.errors import locate
 from goalwire.launching.event_handlers import Answer, OnActionEventBase
 from goalwire.launching.events import (
@@ -28,7 +28,6 @@ from goalwire.launching.events import (
 )
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser
-from goalwire.launching.lines import Lines
 from goalwire.launching.model import (
     Action,
     Event,
@@ -40,6 +39,7 @@ from goalwire.launching.model import (
     Substitution,
 )
 from goalwire.launching.output import get_logger, get_output_loggers
+from goalwire.launching.output_lines import Lines
 from goalwire.launching.substitutions import LaunchConfiguration
 from goalwire.launching.values import (
     TextSubstitution,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from goalwire.apps.bag.comparing import Difference, Tolerance
-from goalwire.apps.bag.replaying import Replay, ReplayOptions
+from goalwire.apps.bag.live_comparison import Replay, ReplayOptions
+from goalwire.apps.bag.message_comparison import Difference, Tolerance
 from goalwire.rosbag2.reader import Reader
 from goalwire.testing.calls import run_here
 

@@ -18,7 +18,7 @@ from helpers.patience import PATIENCE
 import goalwire
 from goalwire.apps.bag.recorder import Recorder
 from goalwire.apps.bag.selection import Names, Selection
-from goalwire.entities.recorded_calls import POSTFIX_FOR_RECORDERS, SWITCH
+from goalwire.entities.recorder_watch import POSTFIX_FOR_RECORDERS, SWITCH
 from goalwire.entities.service_introspection import ServiceIntrospectionState
 from goalwire.rosbag2.reader import Reader
 from goalwire.rosbag2.writer import Writer

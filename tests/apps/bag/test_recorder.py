@@ -26,7 +26,7 @@ from goalwire.apps.bag.options import RecordOptions
 from goalwire.apps.bag.recorder import DROPPED_KEY, Recorder
 from goalwire.apps.bag.recorder_services import offer_services
 from goalwire.apps.bag.selection import NONE, Names, Selection
-from goalwire.entities.recorded_calls import SWITCH
+from goalwire.entities.recorder_watch import SWITCH
 from goalwire.errors import BagError
 from goalwire.rosbag2.reader import Reader
 from goalwire.rosbag2.writer import Writer

@@ -20,7 +20,7 @@ from goalwire.execution.callback_groups import (
     ReentrantCallbackGroup,
 )
 from goalwire.execution.clock import ROSClock
-from goalwire.execution.current import active_executors, why_it_cannot_answer
+from goalwire.execution.current_callback import active_executors, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue, GuardCondition
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue

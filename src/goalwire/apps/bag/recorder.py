@@ -16,8 +16,8 @@ from goalwire.apps.bag.repeats import Repeats
 from goalwire.apps.bag.selection import Selection, wants_calls
 from goalwire.apps.bag.snapshot import Snapshot
 from goalwire.apps.bag.topic_recording import Delivery, TopicRecording
-from goalwire.entities.recorded_calls import POSTFIX_FOR_RECORDERS
-from goalwire.entities.recorded_calls import QOS as EVENT_QOS
+from goalwire.entities.recorder_watch import POSTFIX_FOR_RECORDERS
+from goalwire.entities.recorder_watch import QOS as EVENT_QOS
 from goalwire.errors import BagError
 from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.logging import get_logger

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from goalwire.entities.recorded_calls import POSTFIX_FOR_RECORDERS
+from goalwire.entities.recorder_watch import POSTFIX_FOR_RECORDERS
 from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 
 if TYPE_CHECKING:

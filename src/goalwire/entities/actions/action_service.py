@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from goalwire.entities.recorded_calls import watch_recorders
+from goalwire.entities.recorder_watch import watch_recorders
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.service_introspection import Introspected, Step
 from goalwire.transport.contract import Request

@@ -20,7 +20,7 @@ from goalwire.entities.pending_call import (
     RequestClient,
     end_with,
 )
-from goalwire.entities.recorded_calls import watch_recorders
+from goalwire.entities.recorder_watch import watch_recorders
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.errors import DeadlineError, GoalwireError, TooManyCallsError
 from goalwire.execution.future import Future

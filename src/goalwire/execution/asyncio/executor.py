@@ -12,7 +12,7 @@ from goalwire.execution.asyncio.loop_watch import BusyLoop
 from goalwire.execution.asyncio.waiting import delay_s, shared_waker
 from goalwire.execution.asyncio.wire_reader import read_wire
 from goalwire.execution.callback_runner import CallbackRunner
-from goalwire.execution.current import active_executors
+from goalwire.execution.current_callback import active_executors
 from goalwire.execution.spin_watch import SpinWatch
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from goalwire.errors import SecurityError
 from goalwire.logging import get_logger
 from goalwire.records import record
 from goalwire.security import audit
-from goalwire.security.changes import look_at
+from goalwire.security.audited_moves import MOVES, Entry, Streams, write_entry
 from goalwire.security.environment import Chosen
-from goalwire.security.moving import MOVES, Entry, Streams, write_entry
+from goalwire.security.file_changes import look_at
 from goalwire.security.needs import Permission
 from goalwire.security.policy import STOP, Decision, Policy, Verb
 from goalwire.security.policy_file import load_policy

@@ -16,9 +16,9 @@ from goalwire.errors import SecurityError
 from goalwire.reports import LOGGER, RejectCounters
 from goalwire.rules import reasons
 from goalwire.security import audit
-from goalwire.security.changes import look_at
+from goalwire.security.audited_moves import MOVES, Streams, write_entry
 from goalwire.security.environment import Chosen
-from goalwire.security.moving import MOVES, Streams, write_entry
+from goalwire.security.file_changes import look_at
 from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 from goalwire.security.refusal_counts import RefusalCounts

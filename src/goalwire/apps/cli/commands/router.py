@@ -104,7 +104,7 @@ def _wait(ended: Event, identity: Chosen | None) -> None:
     if identity is None:
         ended.wait()
         return
-    from goalwire.security.changes import look_at
+    from goalwire.security.file_changes import look_at
     from goalwire.security.policy_file import load_policy
     from goalwire.security.revocation import load_revocations
 

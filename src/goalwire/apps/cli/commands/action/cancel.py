@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import goalwire
 from goalwire.apps.cli.commands.service.call import PATIENCE_S
+from goalwire.apps.cli.framework.entity_kinds import ACTIONS
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import timeout_argument
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.observe.goal_topics import cancel_request, fetch_known_goals, goals_canceling

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.apps.cli.commands.service.echo import QUEUE, name_step
 from goalwire.apps.cli.framework import lookup
+from goalwire.apps.cli.framework.entity_kinds import ACTIONS
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.messages import add_style_arguments, message_yaml, style_of
-from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.qos import add_qos_arguments, choose_qos
 from goalwire.observe.messages import as_dict

@@ -12,8 +12,8 @@ from goalwire.apps.cli.commands.action.cancel import full_id
 from goalwire.apps.cli.commands.action.display import RunDisplay, progress_argument, yaml_text
 from goalwire.apps.cli.commands.service.call import PATIENCE_S
 from goalwire.apps.cli.framework import lookup
+from goalwire.apps.cli.framework.entity_kinds import ACTIONS
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import positive, timeout_argument
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell

@@ -12,8 +12,8 @@ from goalwire.apps.cli.commands.action.display import RunDisplay, progress_argum
 from goalwire.apps.cli.commands.action.known_goals import refuse_unclear
 from goalwire.apps.cli.commands.service.call import LOOK_S, PATIENCE_S
 from goalwire.apps.cli.framework import lookup, values
+from goalwire.apps.cli.framework.entity_kinds import ACTIONS
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
-from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.numbers import positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.apps.cli.commands.action.display import bar, check_field, progress_argument
 from goalwire.apps.cli.framework import lookup
+from goalwire.apps.cli.framework.entity_kinds import ACTIONS
 from goalwire.apps.cli.framework.live import live
-from goalwire.apps.cli.framework.named import ACTIONS
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.framework.output import STATUS_STYLES, escape, json_text
 from goalwire.observe.goal_topics import follow_goals

@@ -70,8 +70,8 @@ def add_live_arguments(parser: ArgumentParser) -> None:
 
 def expect(bag: Reader, selection: Selection, arguments: Namespace, output: Output) -> Outcome:
     """Send the recorded requests and goals, and print the answers that differ; FAILED if any do."""
-    from goalwire.apps.bag.comparing import Tolerance
-    from goalwire.apps.bag.replaying import Replay, ReplayOptions
+    from goalwire.apps.bag.live_comparison import Replay, ReplayOptions
+    from goalwire.apps.bag.message_comparison import Tolerance
     from goalwire.apps.cli.framework.live import live
 
     options = ReplayOptions(

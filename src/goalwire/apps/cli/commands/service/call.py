@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.apps.cli.framework import lookup, values
+from goalwire.apps.cli.framework.entity_kinds import SERVICES
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
-from goalwire.apps.cli.framework.named import SERVICES
 from goalwire.apps.cli.framework.numbers import count, positive
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.observe.latencies import Latencies, show_seconds

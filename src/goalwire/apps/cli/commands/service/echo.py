@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.apps.cli.framework import lookup
 from goalwire.apps.cli.framework.discovery import discovered
+from goalwire.apps.cli.framework.entity_kinds import SERVICES
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.messages import add_style_arguments, message_yaml, style_of
-from goalwire.apps.cli.framework.named import SERVICES
 from goalwire.apps.cli.framework.outcome import Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.apps.cli.framework.qos import add_qos_arguments, choose_qos

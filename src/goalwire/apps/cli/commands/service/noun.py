@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.framework.named import SERVICES
+from goalwire.apps.cli.framework.entity_kinds import SERVICES
 from goalwire.apps.cli.framework.verbs import Noun, Verb, lazy
 
 if TYPE_CHECKING:

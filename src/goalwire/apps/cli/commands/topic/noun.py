@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.discovery import discovered
-from goalwire.apps.cli.framework.named import TOPICS
+from goalwire.apps.cli.framework.entity_kinds import TOPICS
 from goalwire.apps.cli.framework.verbs import Noun, Verb, lazy
 
 if TYPE_CHECKING:

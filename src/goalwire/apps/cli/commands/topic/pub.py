@@ -11,8 +11,8 @@ import goalwire
 from goalwire.apps.cli.commands.service.call import LOOK_S
 from goalwire.apps.cli.framework import lookup, values
 from goalwire.apps.cli.framework.discovery import add_graph_arguments
+from goalwire.apps.cli.framework.entity_kinds import TOPICS
 from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
-from goalwire.apps.cli.framework.named import TOPICS
 from goalwire.apps.cli.framework.numbers import length, positive, seconds
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.qos import add_qos_arguments, choose_qos

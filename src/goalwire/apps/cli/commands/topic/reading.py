@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import goalwire
 from goalwire.apps.cli.framework import lookup
+from goalwire.apps.cli.framework.entity_kinds import TOPICS
 from goalwire.apps.cli.framework.live import refuse_other_type
-from goalwire.apps.cli.framework.named import TOPICS
 from goalwire.apps.cli.framework.numbers import count
 from goalwire.apps.cli.framework.qos import choose_qos
 from goalwire.rules.qos import suiting

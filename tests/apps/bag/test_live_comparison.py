@@ -17,12 +17,12 @@ from helpers.patience import PATIENCE
 
 import goalwire
 from goalwire.apps.bag.answering import Answers
-from goalwire.apps.bag.comparing import Tolerance, compare
+from goalwire.apps.bag.live_comparison import Replay, ReplayOptions
+from goalwire.apps.bag.message_comparison import Tolerance, compare
 from goalwire.apps.bag.options import PlayOptions
 from goalwire.apps.bag.player import Player
 from goalwire.apps.bag.recorded_requests import RecordedCall, RecordedGoal, read_recorded
 from goalwire.apps.bag.recorder import Recorder
-from goalwire.apps.bag.replaying import Replay, ReplayOptions
 from goalwire.apps.bag.selection import Names, Selection
 from goalwire.errors import GoalCanceled, GoalRefused, ServerFailedError
 from goalwire.rosbag2.reader import Reader

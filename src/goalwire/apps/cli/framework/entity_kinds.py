@@ -1,4 +1,4 @@
-"""Shared by services, topics and actions: finding one by its name, and `list`, `type`, `find`."""
+"""The kinds of entities that commands name (services, topics, actions), and the verbs that all kinds have."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from goalwire.graph.names import NamesAndTypes
 
 
-class Named:
+class EntityKind:
     """A kind of entity in the graph, 'service', 'topic' or 'action', and the verbs that all kinds share."""
 
     def __init__(
@@ -150,11 +150,13 @@ class Named:
         output.show(number, str(number))
 
 
-SERVICES = Named(
+SERVICES = EntityKind(
     'service', 'srv', 'std_srvs/srv/SetBool /add_two_ints', lambda graph: graph.service_names_and_types()
 )
-TOPICS = Named('topic', 'msg', 'std_msgs/msg/String /chatter', lambda graph: graph.topic_names_and_types())
-ACTIONS = Named(
+TOPICS = EntityKind(
+    'topic', 'msg', 'std_msgs/msg/String /chatter', lambda graph: graph.topic_names_and_types()
+)
+ACTIONS = EntityKind(
     'action',
     'action',
     'example_interfaces/action/Fibonacci /fibonacci',

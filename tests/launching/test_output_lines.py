@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from goalwire.launching.lines import Lines
+from goalwire.launching.output_lines import Lines
 
 TRACEBACK = b'Traceback (most recent call last):\n  File "a.py", line 1, in <module>\n'
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from goalwire.security.moving import EACH_S, SILENT_S, Entry, Streams
+from goalwire.security.audited_moves import EACH_S, SILENT_S, Entry, Streams
 
 WHAT = ('moves', 'ann', 'publish', '/cmd_vel', 'a rule')
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from goalwire.aio import Node
 from goalwire.aio.action.client import Run
-from goalwire.apps.bag.comparing import Difference, Tolerance, compare
+from goalwire.apps.bag.message_comparison import Difference, Tolerance, compare
 from goalwire.apps.bag.recorded_requests import Recorded, RecordedCall, RecordedGoal, read_recorded
 from goalwire.apps.bag.selection import Selection
 from goalwire.errors import BagError, CallError, GoalCanceled, GoalFailed, GoalRefused
