@@ -2,7 +2,7 @@
 
 A claim is a locked file on this machine; the operating system releases the lock when the process ends,
 however it ends. Servers that are started one by one share such a lock. A lock does not show robots of other
-machines and users, so a separate process (humanoid.look) searches the domain for their servers.
+machines and users, so a separate process (humanoid.domain_search) searches the domain for their servers.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from humanoid.look import SOMEBODY_IS_THERE
+from humanoid.domain_search import SOMEBODY_IS_THERE
 
 VARIABLE = 'ROS_DOMAIN_ID'
 CLAIMED = 'HUMANOID_DOMAIN_CLAIMED'  # environment variable: the parent process holds the domain
@@ -121,7 +121,7 @@ def _locks(descriptor: int, *, shared: bool = False) -> bool:
 
 def _somebody_is_in(domain: str) -> bool:
     looked = subprocess.run(
-        [sys.executable, '-m', 'humanoid.look'],
+        [sys.executable, '-m', 'humanoid.domain_search'],
         env={**os.environ, VARIABLE: domain},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,

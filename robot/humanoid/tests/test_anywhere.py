@@ -18,7 +18,7 @@ from helpers.robot import ROOT, robot_env
 from helpers.robot import humanoid as robot_program
 from tools.humanoid_shells import SHELLS
 
-from humanoid import look as humanoid_look
+from humanoid import domain_search
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
@@ -168,11 +168,11 @@ def test_a_demo_sees_a_server_that_was_started_alone(
 
 def test_servers_that_no_lock_tells_of_are_found_in_the_domain(env: dict[str, str], elsewhere: Path) -> None:
     """As on another machine, which has its own files; the look may come before the server is known."""
-    looks = Path(humanoid_look.__file__)
+    looks = Path(domain_search.__file__)
     with humanoid('up', env=env, cwd=elsewhere) as up:
         up.expect('Arm Action Server ready')
         code = 0
-        while code != humanoid_look.SOMEBODY_IS_THERE:  # bounded by the test's time limit
+        while code != domain_search.SOMEBODY_IS_THERE:  # bounded by the test's time limit
             with Program(looks, env=env, cwd=elsewhere) as look:
                 code = look.wait()
 

@@ -74,11 +74,11 @@ def joints(world: dict[str, str]) -> Iterator[None]:
     [
         ('navigation_action_server', 'humanoid.navigation.server', 'target_of', True),
         ('navigation_action_server', 'humanoid.navigation.server:NavigationActionServer', '_follow_up', True),
-        ('navigation_action_server', 'humanoid.endings', 'settle', False),
+        ('navigation_action_server', 'humanoid.goal_endings', 'settle', False),
         ('arm_action_server', 'humanoid.arm.server', 'ArmMotion', True),
         ('arm_action_server', 'humanoid.arm.server:ArmActionServer', '_command', True),
         ('arm_action_server', 'humanoid.arm.motion:ArmMotion', 'fraction_done', True),
-        ('arm_action_server', 'humanoid.endings', 'settle', False),
+        ('arm_action_server', 'humanoid.goal_endings', 'settle', False),
     ],
 )
 def test_a_goal_whose_server_fails_is_aborted_and_the_next_one_succeeds(

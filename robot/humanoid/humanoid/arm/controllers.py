@@ -22,9 +22,9 @@ from humanoid.arm.limbs import LOST, Limbs
 from humanoid.arm.trajectory import Following, Verdict, refusal
 from humanoid.clock import duration_msg, now, stamp
 from humanoid.emergency.listener import StopListener
-from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
+from humanoid.goal_endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
-from humanoid.walking.listener import FallListener
+from humanoid.walking.fall_listener import FallListener
 
 NEWER = 'Pre-empted by a newer goal'
 STALLED_AFTER = 0.3  # s: fingers that stand still so long before their target have gripped something

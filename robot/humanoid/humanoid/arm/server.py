@@ -28,11 +28,11 @@ from humanoid.clock import now
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.emergency.names import make_latched_qos
-from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.gestures import STAND, WAVE, Movement, time_unhurried
+from humanoid.goal_endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
-from humanoid.walking.listener import FallListener
+from humanoid.walking.fall_listener import FallListener
 from humanoid.walking.names import BALANCES, BALANCING, FELL
 
 

@@ -25,11 +25,11 @@ from humanoid.emergency.names import make_latched_qos
 from humanoid.localisation.matcher import Match, Matcher
 from humanoid.maps import Array, read
 from humanoid.model import DESCRIPTION
+from humanoid.nav2_states import tell_state
 from humanoid.navigation.base import Pose2D, compose, invert
 from humanoid.navigation.goal_check import FRAME
 from humanoid.navigation.messages import place_frame, target_of
 from humanoid.running import BadParameter, check_range, run
-from humanoid.states import tell_state
 from humanoid.text import quote
 from humanoid.world.file import load
 from humanoid.world.names import BadWorld

@@ -25,7 +25,7 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 from humanoid.clock import now, seconds, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
-from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
+from humanoid.goal_endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, SimulatedBase, Velocity2D
 from humanoid.navigation.drift import DRIFT, Drift, DriftSpec
 from humanoid.navigation.goal_check import FARTHEST, FRAME, refusal

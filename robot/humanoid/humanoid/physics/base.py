@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from humanoid.endings import GoalFailed
+from humanoid.goal_endings import GoalFailed
 from humanoid.model import BaseSpec
 from humanoid.navigation.base import STANDING, Placement, Pose2D, Velocity2D, turn_between
 from humanoid.physics.world import TICK, World

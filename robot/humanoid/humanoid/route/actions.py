@@ -11,7 +11,7 @@ from humanoid_interfaces.action import MoveToPosition
 from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 
 from humanoid.clock import duration_msg
-from humanoid.endings import Ending
+from humanoid.goal_endings import Ending
 from humanoid.navigation.goal_check import LONGEST
 from humanoid.route.errand import Failure
 from humanoid.route.goals import MAP, Refused

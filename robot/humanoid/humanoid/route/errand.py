@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from humanoid.endings import End, Ending
+from humanoid.goal_endings import End, Ending
 from humanoid.maps import Array
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
 from humanoid.route import follower

@@ -29,9 +29,10 @@ from humanoid.clock import duration_msg, now, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.emergency.names import make_latched_qos
-from humanoid.endings import Decision, End, Ending, carry_out, judge, or_abort
+from humanoid.goal_endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.maps import read, write
 from humanoid.model import DESCRIPTION
+from humanoid.nav2_states import tell_state
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, compose, invert
 from humanoid.route.actions import MANNERS, Manner, Progress
 from humanoid.route.costmap import Costmap
@@ -40,8 +41,7 @@ from humanoid.route.goals import MAP, Frames, Refused, check, judge_by, plan_pat
 from humanoid.route.messages import path_message, pose_message
 from humanoid.route.planner import NoWay
 from humanoid.running import run
-from humanoid.states import tell_state
-from humanoid.walking.listener import FallListener
+from humanoid.walking.fall_listener import FallListener
 from humanoid.walking.names import FELL, LIES
 
 TICK = 0.05  # s: 20 Hz
