@@ -12,10 +12,12 @@ from hypothesis import strategies as st
 
 from goalwire.records import replace
 from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.participant import Participant
 from goalwire.rtps.protocol.primitives import LARGE
 from goalwire.rtps.protocol.qos import BEST_EFFORT, RELIABLE, TRANSIENT_LOCAL, Qos
 from goalwire.rtps.protocol.reader import Sample
-from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED
+from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, MOST_PATIENCE_S
+from goalwire.rtps.protocol.writer import MOST_UNACKNOWLEDGED, Writer
 
 KEEP_ALL = Qos(reliability=RELIABLE, depth=0)
 PATIENCE_S = 60.0
@@ -57,6 +59,62 @@ def test_who_has_shown_to_have_a_sample_is_not_asked_for_it() -> None:
         network.run(1)
     assert network.sent == before + 3
     assert not writer.history.changes
+
+
+def _meet_on_one_host(network: Network) -> tuple[Participant, Writer, Collector]:
+    """Return a participant, its writer, and the collector of the reader that another participant has made."""
+    one, _ = network.participant(settings={'announce_s': 1000.0}, same_host=True)
+    other, _ = network.participant(settings={'announce_s': 1000.0}, same_host=True)
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(3)
+    return one, writer, collector
+
+
+def test_a_reader_on_this_host_that_lacks_nothing_is_seldom_asked() -> None:
+    network = Network()
+    _, writer, collector = _meet_on_one_host(network)
+    before = network.sent
+    for number in range(100):
+        writer.write(_payload(number))
+        network.run(0.02)
+    assert network.sent < before + 160, 'a HEARTBEAT and an ACKNACK for each sample are 300 packets'
+    assert collector.payloads == [_payload(number) for number in range(100)]
+    network.run(0.2)
+    assert not writer.history.changes
+
+
+def test_a_reader_is_asked_at_once_if_a_caller_waits_for_its_answer() -> None:
+    network = Network()
+    one, writer, _ = _meet_on_one_host(network)
+    for number in range(20):
+        writer.write(_payload(number))
+        network.run(0.2)
+    writer.write(_payload(20))
+    assert not network.run(0.03, writer.is_acknowledged), 'it is not asked for a while'
+    one.ask_readers()
+    assert network.run(0.001, writer.is_acknowledged)
+
+
+def test_after_a_loss_a_reader_is_asked_soon_again() -> None:
+    network = Network()
+    _, writer, collector = _meet_on_one_host(network)
+
+    def lose() -> float:
+        """Write a sample whose first packet is lost, and return how long it takes."""
+        begun, network.loss = network.now, 1.0
+        number = writer.write(_payload(0)) or 0
+        network.loss = 0.0
+        assert network.run(1, partial(_has, collector, number))
+        return network.now - begun
+
+    for _ in range(20):
+        writer.write(_payload(0))
+        network.run(0.2)
+    assert MOST_PATIENCE_S < lose() < 2 * MOST_PATIENCE_S
+    assert lose() < 2.5 * HEARTBEAT_S
 
 
 def test_a_writer_whose_readers_show_that_they_have_all_never_gets_full() -> None:

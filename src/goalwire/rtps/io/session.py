@@ -226,6 +226,9 @@ class RtpsSession:
 
     def wait_for_acknowledgements(self, is_done: Callable[[], bool], timeout_s: float) -> bool:
         """Check `is_done()` after each acknowledgement until it is true; return False after `timeout_s`."""
+        if is_done():
+            return True
+        self.participant.ask_readers()
         deadline = monotonic() + timeout_s
         sleeper = SleepingThread()
         self._sleepers.add(sleeper)

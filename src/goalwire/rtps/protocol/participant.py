@@ -190,6 +190,14 @@ class Participant(Wire):
         writers = [writer for writer in list(self._known.writers.values()) if writer.data.topic]
         return all(writer.is_acknowledged() for writer in writers)
 
+    def ask_readers(self) -> None:
+        """Ask all readers at once for acknowledgements, since a caller waits for them."""
+        self.run(self._ask_readers, None)
+
+    def _ask_readers(self) -> None:
+        for writer in self._known.writers.values():
+            writer.ask_now()
+
     def _new_guid(self, kind: int) -> bytes:
         return self.prefix + self._next_entity().to_bytes(3, 'big') + bytes((kind,))
 

@@ -14,6 +14,12 @@ FIRST_HEARTBEAT_S = 0.005
 """How long after a match an unanswered HEARTBEAT is sent again."""
 HEARTBEAT_S = 0.010
 """How long after a sample its readers are asked by HEARTBEAT if they have it."""
+MOST_PATIENCE_S = 0.080
+"""The same, at most, for a reader on this host that has lacked nothing when it was last asked.
+
+A client that calls every 16 ms would otherwise be asked about each reply, and ask about each request. These
+questions and their answers are four packets, in addition to the two of the call.
+"""
 
 
 class ReaderProxy:
@@ -34,6 +40,8 @@ class ReaderProxy:
         'interval',
         'is_reliable',
         'last',
+        'most_patience',
+        'patience',
         'pushed_at',
         'received',
         'start',
@@ -64,5 +72,12 @@ class ReaderProxy:
         self.pushed_at = -FOREVER
         """When all missing samples were last sent to it without a request."""
         self.interval = FIRST_HEARTBEAT_S
+        self.patience = self.most_patience = HEARTBEAT_S
+        """How long after a small sample it is asked, now and at most. This time doubles with each
+        acknowledgement, and begins anew if a sample was missing."""
         self.due = FOREVER
         """When the next HEARTBEAT to it is due."""
+
+    def longest_wait(self) -> float:
+        """Return how long after a small sample the reader is asked."""
+        return max(self.interval, self.patience) if self.has_answered else self.interval

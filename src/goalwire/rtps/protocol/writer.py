@@ -15,7 +15,7 @@ from goalwire.rtps.protocol.fragments import FRAGMENT_SIZES, FragmentSizes
 from goalwire.rtps.protocol.history import Change, HistoryCache
 from goalwire.rtps.protocol.primitives import INFINITE, NS, Address
 from goalwire.rtps.protocol.qos import MANUAL_BY_TOPIC, RELIABLE, TRANSIENT_LOCAL
-from goalwire.rtps.protocol.reader_proxy import ReaderProxy
+from goalwire.rtps.protocol.reader_proxy import MOST_PATIENCE_S, ReaderProxy
 from goalwire.rtps.protocol.wire import Watch, Wire
 from goalwire.rtps.protocol.writer_output import WriterOutput
 from goalwire.rtps.protocol.writer_repairs import Repairs
@@ -133,6 +133,7 @@ class Writer:
             and (self.is_full() if addressee is None else self._is_full_for(addressee))
         ):
             self._was_full = True
+            self._repairs.expect_answers()
             return None
         number = output.last + 1
         change = Change(number, time_ns or self._wire.wall_clock_ns(), payload, qos, to, key, is_key)
@@ -158,7 +159,7 @@ class Writer:
         else:
             output.send_fresh(change)
             if self._repairs.timer is None and output.reliable:
-                self._repairs.expect_answers()
+                self._repairs.expect_answers(is_patient=True)
         return number
 
     def assert_liveliness(self) -> None:
@@ -197,6 +198,10 @@ class Writer:
             or proxy.addressed_size >= MOST_UNACKNOWLEDGED_SIZE
         )
 
+    def ask_now(self) -> None:
+        """Ask its readers at once for acknowledgements. Called inside `Wire.run`."""
+        self._repairs.ask_now()
+
     def is_acknowledged(self) -> bool:
         """Tell whether all readers that have ever answered have acknowledged all their samples."""
         output = self._output
@@ -216,7 +221,7 @@ class Writer:
     def _on_window_sent(self) -> None:
         if not self._output.unsent:
             self._offer_room()
-        if self._repairs.timer is None and self._output.reliable:
+        if self._output.reliable:
             self._repairs.expect_answers()
 
     def _on_acknowledged(self) -> None:
@@ -258,6 +263,8 @@ class Writer:
         self.readers[reader.guid] = proxy
         if not is_near:
             output.note_far()
+        elif self.data.topic:
+            proxy.most_patience = MOST_PATIENCE_S
         self._windows.note_room(room if is_near else 0)
         output.note_readers()
         self._wire.tell(self.listener.on_matched, reader)

@@ -30,6 +30,8 @@ from goalwire.rtps.protocol.wire import Wire
 
 SAMPLES_A_HEARTBEAT = 32
 """After so many samples readers are asked at once."""
+SAMPLES_A_QUESTION = 256
+"""A reader is asked at once after so many samples for only this reader."""
 
 _HEADS = struct.Struct('<BBHIIBBHHH4s4siI')
 """INFO_TS, and DATA up to its inline QoS or payload, as one struct."""
@@ -157,7 +159,8 @@ class WriterOutput:
             before += self.gap_before(proxy, change.number)
         proxy.last = change.number
         packet = self._encode(before, change, proxy.entity_id)
-        if proxy.is_reliable and not proxy.has_answered:
+        asks = len(proxy.addressed) % SAMPLES_A_QUESTION == SAMPLES_A_QUESTION - 1
+        if proxy.is_reliable and (asks or not proxy.has_answered):
             packet += self.heartbeat(proxy)
         self.wire.send(packet, proxy.address)
 

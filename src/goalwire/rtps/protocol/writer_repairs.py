@@ -2,8 +2,9 @@
 
 The writer asks a reliable reader by HEARTBEAT. The reader answers by ACKNACK, and gets its missing samples at
 once. A reader that has answered before is asked some time after a sample, so that a stream of samples needs
-few answers. A reader that has not answered may not know this writer yet, and is asked with each sample. A
-silent reader is asked at growing intervals, and only a writer with KEEP_ALL waits for it.
+few answers; this time is longer for a reader on this host that has lacked nothing. A reader that has not
+answered may not know this writer yet, and is asked with each sample. A silent reader is asked at growing
+intervals, and only a writer with KEEP_ALL waits for it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from goalwire.rtps.protocol.fragment_windows import WINDOW, FragmentWindows
 from goalwire.rtps.protocol.messages import AckNack, Gap
 from goalwire.rtps.protocol.primitives import INFINITE, NumberSet
 from goalwire.rtps.protocol.qos import TRANSIENT_LOCAL, Qos
-from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, ReaderProxy
+from goalwire.rtps.protocol.reader_proxy import HEARTBEAT_S, MOST_PATIENCE_S, ReaderProxy
 from goalwire.rtps.protocol.wire import FOREVER, Timer
 from goalwire.rtps.protocol.writer_output import WriterOutput
 
@@ -60,19 +61,37 @@ class Repairs:
         self.timer: Timer | None = None
         """None: no reader must be asked."""
 
-    def expect_answers(self) -> None:
-        """Plan a HEARTBEAT to the reliable readers that have not acknowledged all samples by then."""
+    def expect_answers(self, *, is_patient: bool = False) -> None:
+        """Plan a HEARTBEAT to the reliable readers that have not acknowledged all samples by then.
+
+        With `is_patient` readers that have lacked nothing are asked later.
+        """
         output = self._output
         now = output.wire.clock()
         for proxy in output.reliable:
-            if proxy.due == FOREVER and output.is_open(proxy):
-                proxy.due = now + proxy.interval
+            if output.is_open(proxy):
+                wait = proxy.longest_wait() if is_patient else proxy.interval
+                proxy.due = min(proxy.due, now + wait)
         self.set_timer(now)
+
+    def ask_now(self) -> None:
+        """Ask the reliable readers that have not acknowledged all samples, since a caller waits for that."""
+        if self.timer is not None:
+            self.timer.cancel()
+        now = self._output.wire.clock()
+        for proxy in self._output.reliable:
+            if proxy.has_answered:
+                proxy.due = min(proxy.due, now)
+        self._ask()
 
     def set_timer(self, now: float) -> None:
         """Set the timer to the time at which the next readers must be asked."""
         output = self._output
         due = min((proxy.due for proxy in output.reliable), default=FOREVER)
+        if due <= now + MOST_PATIENCE_S:
+            # A reader that gets its sample while the timer is set waits for the timer, so the timer must not
+            # be later than the least patient reader allows.
+            due = min(due, now + min(proxy.longest_wait() for proxy in output.reliable))
         if self.timer is not None:
             if self.timer.when <= due:
                 return
@@ -95,7 +114,7 @@ class Repairs:
                 proxy.interval = min(2 * proxy.interval, RAREST_HEARTBEAT_S)
                 proxy.due = now + proxy.interval
             elif proxy.due == FOREVER:
-                proxy.due = now + proxy.interval
+                proxy.due = now + proxy.longest_wait()
         self.set_timer(now)
 
     def on_acknack(self, proxy: ReaderProxy, acknack: AckNack) -> None:
@@ -115,7 +134,7 @@ class Repairs:
         last = output.last_for(proxy)
         self.note_received(proxy, min(base - 1, last))
         if missing:
-            proxy.interval = HEARTBEAT_S
+            proxy.interval = proxy.patience = HEARTBEAT_S
             self.repair(proxy, missing)
         elif has_nothing and proxy.acked < last:
             # The reader has no sample yet, and would request all of them.
@@ -124,7 +143,7 @@ class Repairs:
         elif not acknack.is_final:
             output.send_to(proxy, output.heartbeat(proxy))
         if output.is_open(proxy):
-            self.expect_answers()
+            self.expect_answers(is_patient=not (missing or has_nothing))
 
     def take_received(self, proxy: ReaderProxy) -> None:
         """Mark as acknowledged the samples that a reader has shown to have."""
@@ -140,6 +159,7 @@ class Repairs:
         if proxy.addressed:
             self.forget_addressed(proxy, number)
         proxy.interval = HEARTBEAT_S
+        proxy.patience = min(2 * proxy.patience, proxy.most_patience)
         proxy.due = FOREVER
         if before <= self.acked:  # otherwise another reader has fewer samples, and `self.acked` stays
             self.note_acked()
