@@ -105,7 +105,7 @@ async def main():
     async with Fleet('dispatch') as fleet:
         await fleet.wait_for(*names, timeout=60)
         print('sends', flush=True)
-        reports = await fleet.send(Fibonacci, 'navigate', order=50, parallel=len(names), timeout=120)
+        reports = await fleet.send(Fibonacci, 'navigate', order=200, parallel=len(names), timeout=300)
         print(json.dumps(collections.Counter(each.status for each in reports)))
 
 asyncio.run(main())
@@ -205,6 +205,11 @@ def ask_robot(program: subprocess.Popen[str]) -> int:
     return int(program.stdout.readline())
 
 
+def runs_of(executed: Path) -> Counter[str]:
+    """Return how often each goal was begun so far, by the robots' file."""
+    return Counter(executed.read_text(encoding='utf-8').split() if executed.exists() else ())
+
+
 def measure(robots: int) -> None:
     """Measure a fleet, and print one paragraph."""
     with ExitStack() as stack:
@@ -213,7 +218,12 @@ def measure(robots: int) -> None:
         cloud, router = site.router('cloud'), site.router('site')
         started = time.monotonic()
         fleet_programs = site.serve()
-        print(f'{robots} robots, up after {time.monotonic() - started:.1f} s', flush=True)
+        print(
+            f'{robots} robots, up after {time.monotonic() - started:.1f} s; processor time: '
+            f'{cpu_s(router):.1f} s of the site, {cpu_s(cloud):.1f} s of the cloud, '
+            f'{sum(map(cpu_s, fleet_programs)):.1f} s of the robots',
+            flush=True,
+        )
         for title, pattern in (('robots=r0', ['r0']), ('everything', [])):
             took, seen, cpu = last_line(site.operate(OPERATOR, *pattern))
             print(f'  operator, {title}: {took:.3f} s to know r0, {seen} declarations, {cpu:.2f} s of CPU')
@@ -230,15 +240,21 @@ def measure(robots: int) -> None:
             flush=True,
         )
         sender = site.operate(SENDER, str(robots), begins='sends')
-        time.sleep(2.0)
+        executed = folder / 'executed'
+        ordered = cpu_s(sender), time.monotonic()
+        while sender.poll() is None and sum(runs_of(executed).values()) < robots:
+            time.sleep(0.1)
+        print(
+            f'  all robots drive {time.monotonic() - ordered[1]:.1f} s after the order, '
+            f'{cpu_s(sender) - ordered[0]:.1f} s of which are processor time of the sender',
+            flush=True,
+        )
         router.kill()
         router.wait()
         time.sleep(1.0)
         site.router('site')
         ends = last_line(sender)
-        executed = folder / 'executed'
-        runs = Counter(executed.read_text(encoding='utf-8').split() if executed.exists() else ())
-        times = dict(Counter(runs.values()))
+        times = dict(Counter(runs_of(executed).values()))
         print(f'  goals through the death of the site: {ends}; goals by how often they ran: {times}')
 
 
