@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
+from goalwire.apps.console.page.layout_menu import keep_layout
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.state.layer_watch import LayerWatch
 from goalwire.apps.console.state.layers import place_frames
@@ -14,21 +15,25 @@ from goalwire.security.policy import Verb
 if TYPE_CHECKING:
     from nicegui.element import Element
 
+    from goalwire.apps.console.page.view import Page
     from goalwire.apps.console.state.layer_watch import Layer
-    from goalwire.apps.console.state.rights import Rights
     from goalwire.apps.console.state.robot_watch import RobotWatch
-    from goalwire.apps.console.state.session import Session
 
 
 class LayersCard:
     """Switches of layers, each with a note on the drawn layer or its problem. Sends only changes."""
 
-    def __init__(self, session: Session, scene: Element, rights: Rights) -> None:
+    def __init__(self, page: Page, scene: Element) -> None:
         """`scene` is a RobotScene. Only topics are drawn that the visitor may subscribe to."""
-        self._session = session
+        rights = page.rights
+        self._page = page
+        self._session = session = page.session
         self._scene = scene
         self._watch = LayerWatch(
-            session.node, session.topics, lambda topic: rights.may(Verb.SUBSCRIBE, topic)
+            session.node,
+            session.topics,
+            lambda topic: rights.may(Verb.SUBSCRIBE, topic),
+            page.layout.layers,
         )
         self._notes: dict[str, ui.label] = {}
         self._sent: dict[str, object] = {}
@@ -63,6 +68,8 @@ class LayersCard:
             layer.switch_on()
         else:
             layer.switch_off()
+        self._page.layout.layers[layer.topic] = on
+        keep_layout(self._page)
 
     def refresh(self, robot: RobotWatch) -> None:
         """Send changes to the scene: the shapes of layers, and the poses of their frames."""

@@ -1,6 +1,6 @@
 // A robot in 3D: shapes on links, whose poses the server sends; the browser moves smoothly between them.
 import { CSS2DObject, CSS2DRenderer, GLTFLoader, OrbitControls, STLLoader, THREE } from "nicegui-scene";
-import { Layers } from "goalwire-scene-layers";
+import { Axes, Layers } from "goalwire-scene-layers";
 
 const THEMES = {
   light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
@@ -57,13 +57,13 @@ function grid_of(step, colour) {
 export default {
   template: `<div class="gw-scene"><canvas></canvas><div class="gw-scene-labels"></div>
     <div class="gw-scene-none" style="display:none">This browser shows no 3D (WebGL is off).</div></div>`,
-  props: { dark: Boolean },
-  emits: ["floor"],
+  props: { dark: Boolean, follows: { type: Boolean, default: true }, begin: { type: Array, default: () => [] } },
+  emits: ["floor", "camera"],
   mounted() {
     this.links = new Map();
     this.goals = new Map();
     this.dirty = true;
-    this.follow = true;
+    this.follow = this.follows;
     this.level = 0;
     const canvas = this.$el.querySelector("canvas");
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then it moves as it comes
@@ -87,13 +87,18 @@ export default {
     this.controls.dampingFactor = 0.12;
     this.controls.maxPolarAngle = Math.PI / 2 - 0.02;
     this.controls.addEventListener("change", () => (this.dirty = true));
+    if (this.begin.length) this.set_camera(this.begin);
     this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".gw-scene-labels") });
     this.add_lights();
     this.sun.castShadow = !calm;
     this.robot = new THREE.Group();
     this.marks = new THREE.Group();
     this.layers = new Layers(() => (this.dirty = true));
-    this.scene.add(this.robot, this.marks, this.layers.root);
+    this.axes = new Axes();
+    // Holds all that is placed in the topmost frame. It moves so that the fixed frame stands still.
+    this.world = { group: new THREE.Group(), position: new THREE.Vector3(), turn: new THREE.Quaternion() };
+    this.world.group.add(this.robot, this.marks, this.layers.root, this.axes.root);
+    this.scene.add(this.world.group);
     this.paint_theme();
     this.add_trail();
     this.listen(canvas);
@@ -135,7 +140,7 @@ export default {
       this.scene.background = new THREE.Color(theme.sky);
       this.scene.fog = new THREE.Fog(theme.sky, 9, 28);
       this.hemi.intensity = theme.hemi;
-      if (this.floor) this.scene.remove(this.floor);
+      if (this.floor) this.world.group.remove(this.floor);
       this.floor = new THREE.Group();
       // It writes no depth and comes first, so that the grid is never hidden by it.
       const material = new THREE.MeshStandardMaterial({ color: theme.floor, roughness: 1, depthWrite: false });
@@ -153,7 +158,7 @@ export default {
         this.floor.add(grid);
       }
       this.floor.add(plane);
-      this.scene.add(this.floor);
+      this.world.group.add(this.floor);
       if (this.trail) this.trail.material.color.setHex(theme.trail);
       this.dirty = true;
     },
@@ -163,7 +168,7 @@ export default {
       });
       this.trail = new THREE.Mesh(new THREE.BufferGeometry(), material);
       this.trail.frustumCulled = false;
-      this.scene.add(this.trail);
+      this.world.group.add(this.trail);
     },
     listen(canvas) {
       let down = null;
@@ -175,7 +180,10 @@ export default {
       });
       canvas.addEventListener("dblclick", (event) => event.preventDefault());
       this.controls.addEventListener("start", () => (this.dragging = true));
-      this.controls.addEventListener("end", () => (this.dragging = false));
+      this.controls.addEventListener("end", () => {
+        this.dragging = false;
+        this.tell_camera();
+      });
     },
     clicked(event) {
       const point = this.floor_at(event.clientX, event.clientY);
@@ -187,11 +195,13 @@ export default {
         ((clientX - box.left) / box.width) * 2 - 1, (-(clientY - box.top) / box.height) * 2 + 1);
       const ray = new THREE.Raycaster();
       ray.setFromCamera(at, this.camera);
+      this.world.group.updateWorldMatrix(true, false);
+      ray.ray.applyMatrix4(this.world.group.matrixWorld.clone().invert()); // the floor is that of the topmost frame
       return ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
     },
     screen_of(x, y, z) { // for tests: where a point of the floor is on the screen
       const box = this.renderer.domElement.getBoundingClientRect();
-      const point = new THREE.Vector3(x, y, z || 0).project(this.camera);
+      const point = this.world.group.localToWorld(new THREE.Vector3(x, y, z || 0)).project(this.camera);
       return [box.left + ((point.x + 1) / 2) * box.width, box.top + ((1 - point.y) / 2) * box.height];
     },
     poses() { // for tests: where links are drawn
@@ -214,7 +224,7 @@ export default {
     set_model(shapes) {
       for (const link of this.links.values()) this.robot.remove(link.group);
       this.links.clear();
-      this.placed = false;
+      this.placed = this.begin.length > 0;
       for (const shape of shapes) {
         const mesh = this.mesh_of(shape);
         const link = this.link(shape.link);
@@ -291,6 +301,14 @@ export default {
       for (const [topic, poses] of Object.entries(update.places)) this.layers.place(topic, poses);
       this.dirty = true;
     },
+    set_frames({ world, axes, names }) { // world: the topmost frame's pose in the fixed one
+      if (!this.world) return;
+      this.world.position.set(...world.slice(0, 3));
+      this.world.turn.set(...world.slice(3)).normalize();
+      this.axes.put(axes, names);
+      if (this.base) this.look_at(this.base);
+      this.moving = this.dirty = true;
+    },
     draw_trail(points) { // a ribbon on the floor
       const spots = [];
       for (let i = 0; i < points.length; i++) {
@@ -348,16 +366,31 @@ export default {
       mark.add(label);
       return mark;
     },
-    look_at([x, y, z]) {
-      const target = new THREE.Vector3(x, y, Math.max(0.45, z * 0.75));
+    look_at(base) {
+      this.base = base;
+      const [x, y, z] = base;
+      const target = this.in_scene(x, y, Math.max(0.45, z * 0.75));
       if (!this.placed) {
         this.camera.position.add(target.clone().sub(this.controls.target));
         this.controls.target.copy(target);
         this.placed = true;
       }
       this.goal_target = this.follow ? target : null;
-      this.sun.target.position.set(x, y, 0.5);
-      this.sun.position.set(x + 2.2, y - 1.6, 4.2);
+      this.sun.target.position.copy(this.in_scene(x, y, 0.5));
+      this.sun.position.copy(this.in_scene(x + 2.2, y - 1.6, 4.2));
+    },
+    in_scene(x, y, z) { // where a place in the topmost frame comes to lie
+      return new THREE.Vector3(x, y, z).applyQuaternion(this.world.turn).add(this.world.position);
+    },
+    tell_camera() {
+      const places = [...this.camera.position.toArray(), ...this.controls.target.toArray()];
+      this.$emit("camera", places.map((each) => Math.round(each * 1000) / 1000));
+    },
+    set_camera(places) {
+      if (!this.renderer) return;
+      this.camera.position.set(...places.slice(0, 3));
+      this.controls.target.set(...places.slice(3));
+      this.placed = this.dirty = true;
     },
     set_follow(follow) {
       this.follow = follow;
@@ -368,6 +401,7 @@ export default {
       const distance = this.camera.position.distanceTo(target);
       const ways = { front: [1, 0, 0.25], side: [0, -1, 0.25], top: [0.001, 0, 1], free: [0.62, -0.62, 0.42] };
       this.camera.position.copy(target).addScaledVector(new THREE.Vector3(...ways[name]).normalize(), distance);
+      this.tell_camera();
       this.dirty = true;
     },
     adapt(now) { // less detail where this computer is too slow for it
@@ -388,7 +422,10 @@ export default {
       const share = 1 - Math.exp((-(this.smooth ?? SMOOTH) * passed) / 1000);
       this.last = now;
       if (this.moving) {
-        let left = 0;
+        let left = Math.max(this.axes.step(share), this.world.group.position.distanceTo(this.world.position),
+          this.world.group.quaternion.angleTo(this.world.turn));
+        this.world.group.position.lerp(this.world.position, share);
+        this.world.group.quaternion.slerp(this.world.turn, share);
         for (const link of this.links.values()) {
           left = Math.max(left, link.group.position.distanceTo(link.position), link.group.quaternion.angleTo(link.turn));
           link.group.position.lerp(link.position, share);

@@ -11,8 +11,10 @@ from nicegui import ui
 from nicegui.element import Element
 
 from goalwire.apps.console.page.balance_card import BalanceCard
+from goalwire.apps.console.page.frames_card import FramesCard
 from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.layers_card import LayersCard
+from goalwire.apps.console.page.layout_menu import keep_layout
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
@@ -39,6 +41,11 @@ class RobotScene(
     esm={'nicegui-scene': str(_THREE), 'goalwire-scene-layers': 'scene_layers'},
 ):
     """The 3D scene."""
+
+    def begin(self, camera: list[float], *, follows: bool) -> None:
+        """Choose the camera's place and the place that it looks at, before the browser makes the scene."""
+        self.props['begin'] = camera
+        self.props['follows'] = follows
 
     def set_dark(self, dark: bool) -> None:
         """Choose the colours."""
@@ -72,13 +79,16 @@ class RobotView(View):
         with ui.element('div').classes('gw-fill gw-robot-view'):
             with ui.element('div').classes('gw-card flush').style('position: relative; min-height: 400px'):
                 self._scene = RobotScene().style('position: absolute; inset: 0')
+                self._scene.begin(self.page.layout.camera, follows=self.page.layout.follows)
                 self._scene.set_dark(self.page.is_dark)
                 self._scene.on('floor', self._on_floor)
+                self._scene.on('camera', self._on_camera)
                 self._build_bar()
             with ui.element('div').classes('gw-stack').style('overflow: auto'):
                 self._build_state()
                 self._balance = BalanceCard(self.page)
-                self._layers = LayersCard(self.session, self._scene, self.rights)
+                self._frames = FramesCard(self.page, self._scene)
+                self._layers = LayersCard(self.page, self._scene)
                 with ui.element('div').classes('gw-card').props('data-joints') as self._joint_card:
                     pass
                 self._joint_card.set_visibility(False)
@@ -94,11 +104,22 @@ class RobotView(View):
                 ui.button(icon=icon, on_click=lambda way=way: self._scene.run_method('view_from', way)).props(
                     'flat dense round size=sm'
                 ).classes('gw-float').tooltip(f'View: {way}')
-            follow = ui.checkbox('Follow', value=True).props('dense size=sm').classes('gw-float')
-            follow.on_value_change(lambda event: self._scene.run_method('set_follow', bool(event.value)))
+            follow = ui.checkbox('Follow', value=self.page.layout.follows, on_change=self._set_follow)
+            follow.props('dense size=sm data-follow').classes('gw-float')
         with ui.element('div').classes('gw-scene-foot'):
             self._foot = ui.label('').classes('gw-float gw-mono')
             self._hint = ui.label('').classes('gw-float')
+
+    def _set_follow(self, event: Any) -> None:
+        self.page.layout.follows = bool(event.value)
+        keep_layout(self.page)
+        self._scene.run_method('set_follow', bool(event.value))
+
+    def _on_camera(self, event: Any) -> None:
+        places = event.args
+        if isinstance(places, list) and len(places) == 6 and all(isinstance(n, int | float) for n in places):
+            self.page.layout.camera = [float(each) for each in places]
+            keep_layout(self.page)
 
     def _build_state(self) -> None:
         with ui.element('div').classes('gw-card'):
@@ -192,6 +213,7 @@ class RobotView(View):
         yaw = math.atan2(2 * (turn[3] * turn[2] + turn[0] * turn[1]), 1 - 2 * (turn[1] ** 2 + turn[2] ** 2))
         links = watch.link_poses()
         marks = self._marks()
+        self._frames.refresh(watch)
         state = (links, marks, len(watch.trail))
         if state != self._sent:
             update: dict[str, Any] = {'links': links, 'base': [x, y, z], 'goals': marks}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from time import monotonic
 from typing import Any
 from urllib.parse import quote
@@ -14,6 +15,7 @@ from goalwire.apps.console.entry import SIGN_OUT
 from goalwire.apps.console.page.actions_view import ActionsView
 from goalwire.apps.console.page.emergency_bar import EmergencyBar
 from goalwire.apps.console.page.graph_view import GraphViewPage
+from goalwire.apps.console.page.layout_menu import LayoutMenu, ask_for_layout
 from goalwire.apps.console.page.logs_view import LogsView
 from goalwire.apps.console.page.missions_view import MissionsView
 from goalwire.apps.console.page.parameters_view import ParametersView
@@ -109,9 +111,27 @@ class Shell:
     async def _begin(self) -> None:
         page = self._page
         dark = await ask_for_dark(page.client)
+        kept = await ask_for_layout(page.client)
         with page.client:
             self._set_dark(dark)
+            if kept:
+                self._take_layout(kept)
         await page.pace()
+
+    def _take_layout(self, text: str) -> None:
+        """Take the layout that the browser has kept; a text of another console's version is left alone."""
+        view = self._view
+        with suppress(ValueError):
+            self._page.layout.take(text)
+            self._page.layout.view = view  # the address names the view
+            self._show_layout()
+
+    def _show_layout(self) -> None:
+        """Show the page anew, as its layout says."""
+        offered = {kind.name for kind in self._views}
+        name = self._page.layout.view if self._page.layout.view in offered else self._view
+        self._view = ''
+        self._show(name)
 
     # -- the bar ---------------------------------------------------------------------------------------------
 
@@ -143,6 +163,7 @@ class Shell:
         self._goals = ui.label('').classes('gw-chip info').style('cursor: pointer')
         self._goals.on('click', lambda: self._show('actions'))
         self._battery = ui.label('').classes('gw-chip').props('data-battery')
+        LayoutMenu(self._page, self._show_layout)
         self._theme = ui.button(icon='dark_mode', on_click=self._switch_dark).props(
             'flat dense round size=sm'
         )
@@ -234,7 +255,7 @@ class Shell:
     def _show(self, name: str) -> None:
         if name == self._view:
             return
-        self._view = name
+        self._view = self._page.layout.view = name
         for each, tab in self._tabs.items():
             tab.classes(add='chosen') if each == name else tab.classes(remove='chosen')
         kind = next(kind for kind in VIEWS if kind.name == name)

@@ -8,12 +8,13 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.apps.console.page.charts import PALETTE, background, plot_line, plot_options
+from goalwire.apps.console.page.layout_menu import keep_layout
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, forbid, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.series import Series, as_csv, numbers_in
 from goalwire.apps.console.state.topics import Reading
-from goalwire.errors import GoalwireError, RemoteError, peer_text
+from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError, peer_text
 from goalwire.idl.pictures import COMPRESSED, IMAGE, as_data_url
 from goalwire.observe.clock import wall_offset
 from goalwire.observe.messages import as_data
@@ -51,7 +52,9 @@ class TopicsView(View):
         self._tabled_at = 0.0
         self._plots: list[Plotted] = []
         self._paused_at: float | None = None
-        self._span = 30
+        self._span = page.layout.plot_span if page.layout.plot_span in _SPANS else 30
+        self._awaited = [(topic, path) for topic, path in page.layout.plots]
+        """The plots of the layout whose topics are not there yet."""
         self._form: SendForm | None = None
 
     def build(self) -> None:
@@ -107,6 +110,9 @@ class TopicsView(View):
         now = monotonic()
         if now - self._tabled_at >= 1.0:
             self._tabled_at = now
+            self._add_awaited()
+            if not self._topic and self.page.layout.topic:
+                self._choose(self.page.layout.topic)
             self._put_topics()
         if self._reading is not None:
             self._put_message(self._reading)
@@ -143,6 +149,9 @@ class TopicsView(View):
             self._reading.close()
             self._reading = None
         self._topic, self._type = name, types[0]
+        if self.page.layout.topic != name:
+            self.page.layout.topic = name
+            keep_layout(self.page)
         self._table.choose(name)
         self._detail.clear()
         with self._detail:
@@ -213,7 +222,35 @@ class TopicsView(View):
         name = f'{self._topic} {path}'
         if len(self._plots) >= _MOST_SERIES or any(each.series.name == name for each in self._plots):
             return
-        series = Series(name)
+        self._awaited = [each for each in self._awaited if each != (self._topic, path)]
+        self._add_plot(self._topic, self._type, path)
+        self._keep_plots()
+
+    def _add_awaited(self) -> None:
+        """Plot the numbers of the layout whose topics have come, if the visitor may see them."""
+        there = dict(self.node.graph.topics())
+        for topic, path in list(self._awaited):
+            if topic not in there or len(self._plots) >= _MOST_SERIES:
+                continue
+            try:
+                self.rights.check_to_look('topic', topic)
+                self._add_plot(topic, there[topic][0], path)
+            except UnknownInterfaceError:
+                continue  # a node may describe the type later
+            except GoalwireError as error:
+                self.page.tell(peer_text(error, 400), 'warning')
+            self._awaited.remove((topic, path))
+
+    def _keep_plots(self) -> None:
+        shown = [(each.topic, each.path) for each in self._plots]
+        self.page.layout.plots = [list(each) for each in (*shown, *self._awaited)]
+        keep_layout(self.page)
+
+    def _add_plot(self, topic: str, type_name: str, path: str) -> None:
+        plotted = self.page.plotted
+        if (topic, path) not in plotted:
+            plotted[topic, path] = Series(f'{topic} {path}')
+        series = plotted[topic, path]
 
         def take(message: Any, at: float) -> None:
             for found, value in numbers_in(message):
@@ -221,8 +258,8 @@ class TopicsView(View):
                     series.append(at, value)
                     return
 
-        reading = self.session.topics.read(self._topic, self._type, take)
-        self._plots.append(Plotted(series, self._topic, path, reading))
+        reading = self.session.topics.read(topic, type_name, take)
+        self._plots.append(Plotted(series, topic, path, reading))
         self._put_names()
         self.page.refresh_soon()
 
@@ -245,6 +282,8 @@ class TopicsView(View):
     def _unplot(self, plotted: Plotted) -> None:
         plotted.reading.close()
         self._plots = [each for each in self._plots if each is not plotted]
+        self.page.plotted.pop((plotted.topic, plotted.path), None)
+        self._keep_plots()
         self._put_names()
         self._chart.run_chart_method('setOption', {'series': []}, {'replaceMerge': ['series']})
 
@@ -264,7 +303,8 @@ class TopicsView(View):
         )
 
     def _set_span(self, event: Any) -> None:
-        self._span = int(event.value)
+        self._span = self.page.layout.plot_span = int(event.value)
+        keep_layout(self.page)
         if self._paused_at is not None:
             self._put_plot(self._paused_at)
 

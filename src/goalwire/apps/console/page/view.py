@@ -9,6 +9,8 @@ from nicegui import Client, background_tasks, ui
 
 from goalwire.apps.console.entry import PRINCIPAL
 from goalwire.apps.console.page.pacing import Pacer
+from goalwire.apps.console.state.layout import Layout
+from goalwire.apps.console.state.series import Series
 from goalwire.errors import FieldValueError, GoalwireError, peer_text
 
 if TYPE_CHECKING:
@@ -79,6 +81,10 @@ class Page:
         self.robot = ''
         """The namespace of the selected robot, which views show and STOP stops."""
         self.is_dark = False
+        self.layout = Layout()
+        """What the visitor has arranged. A view begins with it, and writes its changes there."""
+        self.plotted: dict[tuple[str, str], Series] = {}
+        """By topic and path: the numbers that were plotted, which other views leave as they were."""
         self.view: View | None = None
         self.header: Callable[[], None] = lambda: None
         self.trusted: set[tuple[str, str]] = set()

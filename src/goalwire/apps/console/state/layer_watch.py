@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from time import monotonic
 from typing import Any
 
@@ -124,12 +124,22 @@ class Layer:
 class LayerWatch:
     """The layers of one robot, for one page."""
 
-    def __init__(self, node: goalwire.Node, topics: Topics, may_read: Callable[[str], bool]) -> None:
-        """`may_read` returns True for a topic whose messages may be drawn."""
+    def __init__(
+        self,
+        node: goalwire.Node,
+        topics: Topics,
+        may_read: Callable[[str], bool],
+        switched: Mapping[str, bool],
+    ) -> None:
+        """`may_read` returns True for a topic whose messages may be drawn.
+
+        `switched` has the topics whose layers the visitor has switched on or off.
+        """
         self.layers: dict[str, Layer] = {}
         self._node = node
         self._topics = topics
         self._may_read = may_read
+        self._switched = switched
 
     def look(self, robot: str, robots: Collection[str]) -> None:
         """Find the layers of a robot in the graph. New ones are on, but for costmaps and _OFF_AT_FIRST."""
@@ -148,7 +158,8 @@ class LayerWatch:
         for topic, type_name in wanted:
             if topic not in self.layers:
                 layer = self.layers[topic] = Layer(self._topics, topic, type_name)
-                if 'costmap' not in topic and layer.kind not in _OFF_AT_FIRST:
+                at_first = 'costmap' not in topic and layer.kind not in _OFF_AT_FIRST
+                if self._switched.get(topic, at_first):
                     layer.switch_on()
 
     def update(self) -> None:

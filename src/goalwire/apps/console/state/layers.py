@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from goalwire.apps.console.state.frames import numbers_of
 from goalwire.apps.console.state.robot_model import root_pose
 from goalwire.errors import RemoteError
 from goalwire.idl.png import png
@@ -72,7 +73,7 @@ def draw_map(message: Any) -> Drawing:
     rows, columns = coarse.shape
     shape = {
         'kind': 'map',
-        'pose': _numbers(pose_of(info.origin)),
+        'pose': numbers_of(pose_of(info.origin)),
         'size': [columns * factor * resolution, rows * factor * resolution],
         'cells': [columns, rows],
         'picture': f'data:image/png;base64,{b64encode(png(_colours(coarse)[::-1])).decode()}',
@@ -190,9 +191,9 @@ def _marker_shape(marker: Any, most_points: int) -> Shape | None:
     size = [marker.scale.x, marker.scale.y, marker.scale.z]
     rgba = [marker.color.r, marker.color.g, marker.color.b, marker.color.a]
     pose = pose_of(marker.pose)
-    if not all(map(math.isfinite, (*size, *rgba, *_numbers(pose)))):
+    if not all(map(math.isfinite, (*size, *rgba, *numbers_of(pose)))):
         return None
-    shape: Shape = {'pose': _numbers(pose), 'rgba': rgba}
+    shape: Shape = {'pose': numbers_of(pose), 'rgba': rgba}
     if marker.type in _SOLIDS:
         return shape | {'kind': _SOLIDS[marker.type], 'size': size}
     if marker.type in _LINES and len(marker.points) <= most_points:
@@ -219,7 +220,7 @@ def place_frames(
     placed: dict[str, list[float] | None] = {}
     for name in names:
         top, pose = root_pose(name, frames)
-        placed[name] = _numbers(pose) if top == fixed else None
+        placed[name] = numbers_of(pose) if top == fixed else None
     return placed
 
 
@@ -229,10 +230,6 @@ def _frame(message: Any) -> str:
 
 def _count(number: int, name: str) -> str:
     return f'{number} {name}{"" if number == 1 else "s"}'
-
-
-def _numbers(pose: Rigid) -> list[float]:
-    return [round(number, 5) for number in (*pose.translation, *pose.rotation)]
 
 
 def _spots(points: Any) -> list[float]:
