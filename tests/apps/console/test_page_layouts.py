@@ -150,3 +150,32 @@ def test_a_layout_survives_a_reload_and_goes_to_a_file(
     other.wait_for_selector("text=its value 'plots' is not valid")
     load(file)
     is_as_before()
+
+
+def test_other_robots_are_drawn_beside_the_selected_one(stage: Stage, open_page: OpenPage) -> None:
+    stage.program(PROGRAMS / 'pair.py').expect('ready')
+    _, url = stage.console()
+    page = open_page(f'{url}?view=robot&robot=/alice')
+    until(page, "() => window.goalwireScene?.others?.get('/bob')?.group.visible")
+
+    def is_red(place: list[float]) -> bool:
+        red, green, _ = page.evaluate(COLOUR, place)
+        return bool(red - green > 60)
+
+    # A robot whose frame nothing joins is named, and not drawn.
+    page.wait_for_selector('[data-other-robot-note="/carol"]:has-text("attic")')
+    wait_for(lambda: is_red([1.5, -0.3]), 'a red pixel of bob')
+    assert not page.evaluate("() => goalwireScene.others.get('/carol').group.visible")
+    assert page.locator('.gw-scene-label:text-is("/bob")').is_visible()
+    picture(page, 'several-robots')
+
+    # The page belongs to alice all the same, and what is switched off is gone, also after a reload.
+    assert page.locator('.gw-robot:has-text("/alice")').is_visible()
+    page.click('[data-other-robot="/bob"]')
+    until(page, "() => goalwireScene.others.get('/bob') === undefined")
+    wait_for(lambda: not is_red([1.5, -0.3]), 'a floor without bob')
+    page.reload()
+    page.wait_for_selector('[data-other-robot="/bob"][aria-checked="false"]')
+    until(page, '() => window.goalwireScene?.others?.size === 1')
+    page.click('[data-other-robot="/bob"]')
+    until(page, "() => goalwireScene.others.get('/bob')?.group.visible")

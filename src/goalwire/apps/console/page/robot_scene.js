@@ -61,6 +61,7 @@ export default {
   emits: ["floor", "camera"],
   mounted() {
     this.links = new Map();
+    this.others = new Map(); // by name: the robots beside the selected one
     this.goals = new Map();
     this.dirty = true;
     this.follow = this.follows;
@@ -221,13 +222,15 @@ export default {
       if (this.rendered) this.renderer.render(this.scene, this.camera); // a new size has emptied the canvas
       this.dirty = true;
     },
-    set_model(shapes) {
-      for (const link of this.links.values()) this.robot.remove(link.group);
-      this.links.clear();
-      this.placed = this.begin.length > 0;
+    set_model(shapes, other = null) { // of the selected robot, or of another one
+      if (!this.renderer) return 0;
+      const robot = other === null ? { group: this.robot, links: this.links } : this.other(other);
+      for (const link of robot.links.values()) robot.group.remove(link.group);
+      robot.links.clear();
+      if (other === null) this.placed = this.begin.length > 0;
       for (const shape of shapes) {
         const mesh = this.mesh_of(shape);
-        const link = this.link(shape.link);
+        const link = this.link(shape.link, robot);
         mesh.position.set(...shape.xyz);
         mesh.quaternion.set(...shape.quat);
         link.group.add(mesh);
@@ -235,13 +238,44 @@ export default {
       this.dirty = true;
       return shapes.length;
     },
-    link(name) {
-      if (!this.links.has(name)) {
-        const group = new THREE.Group();
-        this.robot.add(group);
-        this.links.set(name, { group, position: new THREE.Vector3(), turn: new THREE.Quaternion(), fresh: true });
+    other(name) {
+      if (!this.others.has(name)) {
+        const group = new THREE.Group(), element = document.createElement("div");
+        group.visible = false; // until its place is known
+        element.className = "gw-scene-label";
+        element.textContent = name || "/";
+        const label = new CSS2DObject(element);
+        group.add(label);
+        this.world.group.add(group);
+        this.others.set(name, { group, label, links: new Map() });
       }
-      return this.links.get(name);
+      return this.others.get(name);
+    },
+    set_others(update) { // {name: {links, visible, stale}, or null for a robot that is not drawn any more}
+      if (!this.world) return;
+      for (const [name, state] of Object.entries(update)) {
+        const robot = this.other(name);
+        if (state === null) {
+          robot.label.element.remove();
+          this.world.group.remove(robot.group);
+          this.others.delete(name);
+          continue;
+        }
+        robot.group.visible = state.visible;
+        robot.label.element.textContent = (name || "/") + (state.stale ? " (no news)" : "");
+        this.put_links(state.links, robot);
+        const [, [x, y, z]] = state.links[0] || ["", [0, 0, 0]];
+        robot.label.position.set(x, y, z + 0.5);
+      }
+      this.moving = this.dirty = true;
+    },
+    link(name, robot) {
+      if (!robot.links.has(name)) {
+        const group = new THREE.Group();
+        robot.group.add(group);
+        robot.links.set(name, { group, position: new THREE.Vector3(), turn: new THREE.Quaternion(), fresh: true });
+      }
+      return robot.links.get(name);
     },
     mesh_of(shape) {
       const [r, g, b, a] = shape.rgba;
@@ -279,8 +313,16 @@ export default {
       }
     },
     frame(update) { // {links: [[name, [x, y, z, qx, qy, qz, qw]]], trail, base, goals}
-      for (const [name, pose] of update.links || []) {
-        const link = this.link(name);
+      this.put_links(update.links || [], { group: this.robot, links: this.links });
+      if (update.trail) this.draw_trail(update.trail);
+      if (update.goals) this.draw_goals(update.goals);
+      if (update.base) this.look_at(update.base);
+      this.moving = true;
+      return true;
+    },
+    put_links(poses, robot) {
+      for (const [name, pose] of poses) {
+        const link = this.link(name, robot);
         link.position.set(pose[0], pose[1], pose[2]);
         link.turn.set(pose[3], pose[4], pose[5], pose[6]).normalize(); // rounded numbers: an angle would stay, and the scene never rest
         if (link.fresh) {
@@ -289,11 +331,6 @@ export default {
           link.fresh = false;
         }
       }
-      if (update.trail) this.draw_trail(update.trail);
-      if (update.goals) this.draw_goals(update.goals);
-      if (update.base) this.look_at(update.base);
-      this.moving = true;
-      return true;
     },
     set_layers(update) { // {shapes: {topic: {frame: [shape]} or null}, places: {topic: {frame: pose or null}}}
       if (!this.layers) return;
@@ -426,7 +463,7 @@ export default {
           this.world.group.quaternion.angleTo(this.world.turn));
         this.world.group.position.lerp(this.world.position, share);
         this.world.group.quaternion.slerp(this.world.turn, share);
-        for (const link of this.links.values()) {
+        for (const link of [this, ...this.others.values()].flatMap((robot) => [...robot.links.values()])) {
           left = Math.max(left, link.group.position.distanceTo(link.position), link.group.quaternion.angleTo(link.turn));
           link.group.position.lerp(link.position, share);
           link.group.quaternion.slerp(link.turn, share);

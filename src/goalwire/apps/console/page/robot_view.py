@@ -15,6 +15,7 @@ from goalwire.apps.console.page.frames_card import FramesCard
 from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.layers_card import LayersCard
 from goalwire.apps.console.page.layout_menu import keep_layout
+from goalwire.apps.console.page.other_robots_card import OtherRobotsCard
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
@@ -89,6 +90,7 @@ class RobotView(View):
                 self._balance = BalanceCard(self.page)
                 self._frames = FramesCard(self.page, self._scene)
                 self._layers = LayersCard(self.page, self._scene)
+                self._others = OtherRobotsCard(self.page, self._scene)
                 with ui.element('div').classes('gw-card').props('data-joints') as self._joint_card:
                     pass
                 self._joint_card.set_visibility(False)
@@ -156,6 +158,7 @@ class RobotView(View):
         self._find_targets()
         self._balance.look(self.page.robot)
         self._layers.look(self.page.robot)
+        self._others.look(self.page.robot, self._names)
         if self._joints is not None:
             self._joints.look()
 
@@ -222,6 +225,7 @@ class RobotView(View):
             self._scene.run_method('frame', update)
         self._balance.refresh(watch)
         self._layers.refresh(watch)
+        self._others.refresh(watch)
         self._foot.set_visibility(True)
         self._foot.set_text(f'{frame or "?"}  x {put_sign(x)}  y {put_sign(y)} m  {math.degrees(yaw):+.0f}°')
         self._fresh.set_visibility(True)
@@ -363,6 +367,7 @@ class RobotView(View):
     def close(self) -> None:
         self._balance.close()
         self._layers.close()
+        self._others.close()
         if self._watch is not None:
             self.session.leave_robot(self._watch)
             self._watch = None
