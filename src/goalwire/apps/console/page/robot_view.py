@@ -83,7 +83,6 @@ class RobotView(View):
                 self._scene.begin(self.page.layout.camera, follows=self.page.layout.follows)
                 self._scene.set_dark(self.page.is_dark)
                 self._scene.on('floor', self._on_floor)
-                self._scene.on('camera', self._on_camera)
                 self._build_bar()
             with ui.element('div').classes('gw-stack').style('overflow: auto'):
                 self._build_state()
@@ -97,31 +96,10 @@ class RobotView(View):
 
     def _build_bar(self) -> None:
         with ui.element('div').classes('gw-scene-bar'):
-            for way, icon in (
-                ('free', '3d_rotation'),
-                ('front', 'face'),
-                ('side', 'switch_left'),
-                ('top', 'vertical_align_bottom'),
-            ):
-                ui.button(icon=icon, on_click=lambda way=way: self._scene.run_method('view_from', way)).props(
-                    'flat dense round size=sm'
-                ).classes('gw-float').tooltip(f'View: {way}')
-            follow = ui.checkbox('Follow', value=self.page.layout.follows, on_change=self._set_follow)
-            follow.props('dense size=sm data-follow').classes('gw-float')
+            _build_camera_buttons(self.page, self._scene)
         with ui.element('div').classes('gw-scene-foot'):
             self._foot = ui.label('').classes('gw-float gw-mono')
             self._hint = ui.label('').classes('gw-float')
-
-    def _set_follow(self, event: Any) -> None:
-        self.page.layout.follows = bool(event.value)
-        keep_layout(self.page)
-        self._scene.run_method('set_follow', bool(event.value))
-
-    def _on_camera(self, event: Any) -> None:
-        places = event.args
-        if isinstance(places, list) and len(places) == 6 and all(isinstance(n, int | float) for n in places):
-            self.page.layout.camera = [float(each) for each in places]
-            keep_layout(self.page)
 
     def _build_state(self) -> None:
         with ui.element('div').classes('gw-card'):
@@ -371,6 +349,34 @@ class RobotView(View):
         if self._watch is not None:
             self.session.leave_robot(self._watch)
             self._watch = None
+
+
+def _build_camera_buttons(page: Page, scene: RobotScene) -> None:
+    """Add the buttons that turn the camera; the page's layout keeps where the camera is."""
+
+    def set_follow(event: Any) -> None:
+        page.layout.follows = bool(event.value)
+        keep_layout(page)
+        scene.run_method('set_follow', bool(event.value))
+
+    def on_camera(event: Any) -> None:
+        places = event.args
+        if isinstance(places, list) and len(places) == 6 and all(isinstance(n, int | float) for n in places):
+            page.layout.camera = [float(each) for each in places]
+            keep_layout(page)
+
+    scene.on('camera', on_camera)
+    for way, icon in (
+        ('free', '3d_rotation'),
+        ('front', 'face'),
+        ('side', 'switch_left'),
+        ('top', 'vertical_align_bottom'),
+    ):
+        ui.button(icon=icon, on_click=lambda way=way: scene.run_method('view_from', way)).props(
+            'flat dense round size=sm'
+        ).classes('gw-float').tooltip(f'View: {way}')
+    follow = ui.checkbox('Follow', value=page.layout.follows, on_change=set_follow)
+    follow.props('dense size=sm data-follow').classes('gw-float')
 
 
 def _mark_of(goal: Goal, place: tuple[float, float, float]) -> dict[str, Any]:

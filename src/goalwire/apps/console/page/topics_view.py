@@ -323,12 +323,7 @@ class TopicsView(View):
 
     def _save_png(self) -> None:
         behind = background(dark=self.page.is_dark)
-        ui.run_javascript(
-            f"""const a = document.createElement('a');
-            const chart = getElement({self._chart.id}).chart;
-            a.href = chart.getDataURL({{pixelRatio: 2, backgroundColor: '{behind}'}});
-            a.download = 'plot.png'; a.click();"""
-        )
+        ui.run_javascript(_png_script(self._chart.id, behind))
 
     def set_dark(self, dark: bool) -> None:
         self._chart.run_chart_method('setOption', plot_options(dark=dark))
@@ -339,3 +334,10 @@ class TopicsView(View):
             self._reading.close()
         for each in self._plots:
             each.reading.close()
+
+
+def _png_script(chart: int, behind: str) -> str:
+    """Return the script with which a browser saves a chart as a picture before a colour."""
+    return f"""const a = document.createElement('a');
+        a.href = getElement({chart}).chart.getDataURL({{pixelRatio: 2, backgroundColor: '{behind}'}});
+        a.download = 'plot.png'; a.click();"""
