@@ -22,6 +22,18 @@ from typing import IO, Self
 
 from helpers import fork_server
 
+_OPENED = (
+    'action_msgs.msg', 'action_msgs.srv', 'builtin_interfaces.msg', 'goalwire.cdr.type_hash',
+    'goalwire.idl.descriptions', 'goalwire.logging.log_file', 'goalwire.transport.dds.native.session',
+    'goalwire.transport.dds.session', 'goalwire.transport.dds.settings.session',
+    'goalwire.transport.zenoh.context', 'goalwire.transport.zenoh.embedded_router',
+    'goalwire.transport.zenoh.native', 'goalwire.transport.zenoh.rendezvous',
+    'goalwire.transport.zenoh.session', 'goalwire.zenoh.io.native_session',
+    'goalwire.zenoh.io.shared_memory.session_memory', 'goalwire.zenoh.protocol.router_protocol',
+    'service_msgs.msg', 'unique_identifier_msgs.msg',
+)  # fmt: skip
+"""What programs import when they open a session and make a node: more than half of their processor time."""
+
 
 class Forked:
     """A program that was forked, with as much of a `subprocess.Popen` as tests use."""
@@ -109,12 +121,15 @@ class Forker:
 
 
 class ForkServer(Forker):
-    """The process that forks for each program; see fork_server.py. `modules` are what it imports."""
+    """The process that forks for each program; see fork_server.py.
+
+    It imports `modules`, and what opens sessions on Zenoh and DDS.
+    """
 
     def __init__(self, modules: Sequence[str], environment: Mapping[str, str]) -> None:
         channel, other = socket.socketpair()
         super().__init__(channel)
-        command = [sys.executable, str(fork_server.PROGRAM), str(other.fileno()), *modules]
+        command = [sys.executable, str(fork_server.PROGRAM), str(other.fileno()), *_OPENED, *modules]
         settings = {'PYTHONIOENCODING': 'utf-8', 'OPENBLAS_NUM_THREADS': '1'}
         with other:
             self._process = subprocess.Popen(
