@@ -74,8 +74,9 @@ class Inventory:
         A session of eclipse-zenoh closes the connections of its peers after its `close` has returned.
         """
         new = open_descriptors() - self._descriptors
-        if new:
-            gc.collect()
+        if not new:
+            return []  # as after most tests, which pay for one look instead of three
+        gc.collect()
         with suppress(AssertionError):
             wait_for(lambda: not new & open_descriptors())
         return sorted(new & open_descriptors())
