@@ -25,7 +25,7 @@ class World:
         self.executions = folder / 'executions.txt'
 
     def base(self) -> Program:
-        program = Program(PROGRAMS / 'base.py', str(self.executions), env=self.env)
+        program = Program(PROGRAMS / 'base.py', str(self.executions), '0.5', '5.0', env=self.env)
         program.expect('^ready$')
         return program
 

@@ -91,7 +91,9 @@ def test_peers_lose_nothing_with_the_router_but_those_who_come(stage: Stage, ope
 
 def test_a_browser_that_reads_nothing_holds_up_nobody(stage: Stage, open_page: OpenPage) -> None:
     stage.robot()
-    console, url = stage.console(waits={'page.pacing._ANSWER_S': 1.0})
+    console, url = stage.console(
+        waits={f'page.{module}._ANSWER_S': 0.2 for module in ('theme', 'layout_menu')}
+    )
     port = int(url.rstrip('/').rpartition(':')[2])
     with socket.socket() as silent:
         silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -107,7 +109,7 @@ def test_a_browser_that_reads_nothing_holds_up_nobody(stage: Stage, open_page: O
           const scene = window.goalwireScene, frame = scene.frame;
           window.refreshes = 0;
           scene.frame = (update) => { window.refreshes++; return frame.call(scene, update); }; }""")
-        for count in range(10, 31, 10):  # some two seconds: the silent one is asked again after one
+        for count in range(10, 31, 10):  # some two seconds: the silent one is asked after 0.4 s
             with suppress(OSError):  # it may have been slow for so long that it was given up
                 silent.sendall(PONG)
             until(page, '(count) => window.refreshes > count', count)

@@ -56,7 +56,7 @@ def test_a_lost_step_is_shown_with_its_evidence_and_done_again_after_a_question(
     stage: Stage, open_page: Callable[[str], Any], tmp_path: Path
 ) -> None:
     journal, executions = tmp_path / 'missions.db', tmp_path / 'executions.txt'
-    server = (str(executions), str(tmp_path / 'drive.goals'))
+    server = (str(executions), '0.5', '5.0', str(tmp_path / 'drive.goals'))
     base = stage.program(MISSIONS / 'base.py', *server)
     base.expect('^ready$', BROWSER)
     _, url = stage.console('--missions', str(journal))

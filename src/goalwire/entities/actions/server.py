@@ -9,7 +9,6 @@ the goal handles.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -352,6 +351,6 @@ class ActionServerCore:
             self.node.remains.discard(self.clients.close)
             self.clients.close()
         self._endpoints.take_result_requests()
-        self.dispatch(partial(self.reactor.on_close, leaves_goals=self.leaves_goals))
+        self.dispatch(self.reactor.on_close, self.leaves_goals)
         self.results.close()
         self._endpoints.close()

@@ -324,7 +324,7 @@ class GoalServer(Generic[RequestT, ResultT]):
 
     # ---- the end of the server ----
 
-    def on_close(self, *, leaves_goals: bool = False) -> ServerEffects[RequestT, ResultT]:
+    def on_close(self, leaves_goals: bool = False) -> ServerEffects[RequestT, ResultT]:
         """Answer every open request and abort every active goal, since the server is being destroyed.
 
         [ReplyGoal…, (PublishStatus,) ReplyCancel…, PublishStatus, ReplyResult…]. Later goals are refused. If

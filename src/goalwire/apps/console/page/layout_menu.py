@@ -14,6 +14,8 @@ from goalwire.apps.console.state.layout import MOST_BYTES
 _EVENT = 'goalwire-layout'
 _KEY = 'goalwire-layout'
 _FILE = 'goalwire-layout.json'
+_ANSWER_S = 5.0
+"""How long a view waits for the layout that its tab has kept; then the view begins without it."""
 # The browser reads the file, since the console takes no uploads. A file that is too large stays there, and
 # as many spaces stand for it, so that the console says why it refuses it.
 _CHOOSE = f"""() => {{
@@ -78,7 +80,9 @@ class LayoutMenu:
 async def ask_for_layout(client: Client) -> str:
     """Return the text of the layout that this tab of the browser has kept; '' if it has none."""
     try:
-        kept = await client.run_javascript(f"return sessionStorage.getItem('{_KEY}') ?? ''", timeout=5.0)
+        kept = await client.run_javascript(
+            f"return sessionStorage.getItem('{_KEY}') ?? ''", timeout=_ANSWER_S
+        )
     except TimeoutError:
         return ''
     return str(kept)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from nicegui import Client, ui
 
+_ANSWER_S = 5.0
+"""How long the page waits for the user's choice; then it is light."""
+
 
 def set_colours() -> None:
     """Choose the colours of buttons and notes."""
@@ -17,7 +20,7 @@ async def ask_for_dark(client: Client) -> bool:
         chosen = await client.run_javascript(
             "return localStorage.getItem('goalwire-dark') ?? "
             "String(matchMedia('(prefers-color-scheme: dark)').matches)",
-            timeout=5.0,
+            timeout=_ANSWER_S,
         )
     except TimeoutError:
         return False
