@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from goalwire.apps.console.page.layout_menu import keep_layout
+from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.state.frames import MOST_AXES, Placed, numbers_of, place_all, tree_of
 from goalwire.transforms.rigid import IDENTITY, Rigid

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from goalwire.apps.console.page.layout_menu import keep_layout
+from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.state.layer_watch import LayerWatch
 from goalwire.apps.console.state.layers import place_frames

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import Any
 
-from nicegui import Client, ui
+from nicegui import ui
 
+from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.view import Page
 from goalwire.apps.console.state.layout import MOST_BYTES
 
 _EVENT = 'goalwire-layout'
-_KEY = 'goalwire-layout'
 _FILE = 'goalwire-layout.json'
-_ANSWER_S = 5.0
-"""How long a view waits for the layout that its tab has kept; then the view begins without it."""
 # The browser reads the file, since the console takes no uploads. A file that is too large stays there, and
 # as many spaces stand for it, so that the console says why it refuses it.
 _CHOOSE = f"""() => {{
@@ -75,19 +72,3 @@ class LayoutMenu:
         layout.view = view
         keep_layout(self._page)
         self._show()
-
-
-async def ask_for_layout(client: Client) -> str:
-    """Return the text of the layout that this tab of the browser has kept; '' if it has none."""
-    try:
-        kept = await client.run_javascript(
-            f"return sessionStorage.getItem('{_KEY}') ?? ''", timeout=_ANSWER_S
-        )
-    except TimeoutError:
-        return ''
-    return str(kept)
-
-
-def keep_layout(page: Page) -> None:
-    """Keep the page's layout in its tab of the browser, which has it again after a reload."""
-    page.client.run_javascript(f"sessionStorage.setItem('{_KEY}', {json.dumps(page.layout.as_json())})")

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 from fastapi import FastAPI
 from nicegui import Client, background_tasks, ui
 
+from goalwire.apps.console.page.kept import ask_for_kept, keep_dark
 from goalwire.apps.console.page.logs_view import COLUMNS, log_row
 from goalwire.apps.console.page.pacing import Pacer
 from goalwire.apps.console.page.parts import LiveTable, SwimLanes, ValueTree, head, lane_groups
 from goalwire.apps.console.page.recording_plots import RecordingPlots
 from goalwire.apps.console.page.robot_view import RobotScene
 from goalwire.apps.console.page.site import install_site
-from goalwire.apps.console.page.theme import ask_for_dark, keep_dark, set_colours
+from goalwire.apps.console.page.theme import set_colours
 from goalwire.apps.console.state.playhead import Playhead
 from goalwire.apps.console.state.recorded_moment import Moment, Moments
 from goalwire.apps.console.state.robot_model import Meshes, scene_of
@@ -95,9 +96,9 @@ class RecordingPage:
         background_tasks.create(self._begin())
 
     async def _begin(self) -> None:
-        dark = await ask_for_dark(self._client)
+        kept = await ask_for_kept(self._client)
         with self._client:
-            self._set_dark(dark)
+            self._set_dark(kept.is_dark)
             self._put_lanes()
             self._put_topics()
         await self._pacer.run()
@@ -331,7 +332,7 @@ class RecordingPage:
 
     def _switch_dark(self) -> None:
         self._set_dark(not self._is_dark)
-        keep_dark(dark=self._is_dark)
+        keep_dark(self._client, dark=self._is_dark)
 
     def _set_dark(self, dark: bool) -> None:
         self._is_dark = dark

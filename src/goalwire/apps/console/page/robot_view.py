@@ -13,8 +13,8 @@ from nicegui.element import Element
 from goalwire.apps.console.page.balance_card import BalanceCard
 from goalwire.apps.console.page.frames_card import FramesCard
 from goalwire.apps.console.page.joints import JointSliders
+from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.layers_card import LayersCard
-from goalwire.apps.console.page.layout_menu import keep_layout
 from goalwire.apps.console.page.other_robots_card import OtherRobotsCard
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.page.send_form import SendForm

@@ -15,7 +15,8 @@ from goalwire.apps.console.entry import SIGN_OUT
 from goalwire.apps.console.page.actions_view import ActionsView
 from goalwire.apps.console.page.emergency_bar import EmergencyBar
 from goalwire.apps.console.page.graph_view import GraphViewPage
-from goalwire.apps.console.page.layout_menu import LayoutMenu, ask_for_layout
+from goalwire.apps.console.page.kept import ask_for_kept, keep_dark
+from goalwire.apps.console.page.layout_menu import LayoutMenu
 from goalwire.apps.console.page.logs_view import LogsView
 from goalwire.apps.console.page.missions_view import MissionsView
 from goalwire.apps.console.page.parameters_view import ParametersView
@@ -24,7 +25,7 @@ from goalwire.apps.console.page.robot_view import RobotView
 from goalwire.apps.console.page.services_view import ServicesView
 from goalwire.apps.console.page.site import install_site
 from goalwire.apps.console.page.statistics_view import StatisticsView
-from goalwire.apps.console.page.theme import ask_for_dark, keep_dark, set_colours
+from goalwire.apps.console.page.theme import set_colours
 from goalwire.apps.console.page.topics_view import TopicsView
 from goalwire.apps.console.page.view import Page, RefusedView, View
 from goalwire.apps.console.state.session import Session
@@ -110,12 +111,11 @@ class Shell:
 
     async def _begin(self) -> None:
         page = self._page
-        dark = await ask_for_dark(page.client)
-        kept = await ask_for_layout(page.client)
+        kept = await ask_for_kept(page.client)
         with page.client:
-            self._set_dark(dark)
-            if kept:
-                self._take_layout(kept)
+            self._set_dark(kept.is_dark)
+            if kept.layout:
+                self._take_layout(kept.layout)
         await page.pace()
 
     def _take_layout(self, text: str) -> None:
@@ -234,7 +234,7 @@ class Shell:
 
     def _switch_dark(self) -> None:
         self._set_dark(not self._page.is_dark)
-        keep_dark(dark=self._page.is_dark)
+        keep_dark(self._page.client, dark=self._page.is_dark)
 
     def _set_dark(self, dark: bool) -> None:
         self._page.is_dark = dark

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.apps.console.page.charts import PALETTE, background, plot_line, plot_options
-from goalwire.apps.console.page.layout_menu import keep_layout
+from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, forbid, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
