@@ -27,6 +27,12 @@ ON_TOP = """selector => {
 """Whether an element lies in the viewport, and nothing lies on it."""
 
 
+NAME_IS_WHOLE = """() => {
+  const name = document.querySelector('.gw-top .gw-robot .q-field__native > span');
+  return name.textContent === '/alice (gone)' && name.scrollWidth <= name.clientWidth
+    && name.scrollHeight <= name.clientHeight; }"""
+"""Whether no letter of the selected robot's name is cut off."""
+
 STANDS_STILL = "() => document.getAnimations().every(each => each.playState !== 'running')"
 
 
@@ -147,6 +153,7 @@ def test_a_killed_server_takes_stop_away_and_no_other_robot_takes_its_place(own_
     for width, height in WIDTHS:
         page.set_viewport_size({'width': width, 'height': height})
         until(page, ON_TOP, '[data-no-estop]')
+        until(page, NAME_IS_WHOLE)
         picture(page, f'stop-killed-{width}')
     page.wait_for_selector('[data-gone]:has-text("It has gone")')
     page.evaluate("""() => {
