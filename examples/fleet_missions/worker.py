@@ -18,7 +18,6 @@ from example_interfaces.action import Fibonacci
 from leases import LEASE_S, Leases
 
 import goalwire
-from goalwire.errors import GoalIdTaken
 
 FLEET = uuid.UUID('b3c9a2c4-3a55-4a0e-9c1d-6f4f3b6a1f10')
 SKILLS = 'carry', 'lift'
@@ -96,7 +95,7 @@ async def follow(client, goal_id, order):
     try:
         async with client.send(order=order, goal_id=goal_id, keep=True, timeout=10.0) as run:
             await run.result
-    except (GoalIdTaken, goalwire.GoalRefused):
+    except (goalwire.GoalIdTaken, goalwire.GoalRefused):
         async with client.attach(goal_id) as run:
             await run.result
     return 'succeeded'

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from goalwire.errors import GoalAborted as GoalAborted
     from goalwire.errors import GoalCanceled as GoalCanceled
     from goalwire.errors import GoalFailed as GoalFailed
+    from goalwire.errors import GoalIdTaken as GoalIdTaken
     from goalwire.errors import GoalRefused as GoalRefused
     from goalwire.errors import GoalwireError as GoalwireError
     from goalwire.errors import NoRobotError as NoRobotError
@@ -60,8 +61,9 @@ _NAMES = {
         'Subscription Timer'
     ),
     'goalwire.errors': (
-        'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoRobotError '
-        'NoServerError RefusedError ServerFailedError ServerLostError ServerStuckError TooManyCallsError'
+        'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalIdTaken GoalRefused GoalwireError '
+        'NoRobotError NoServerError RefusedError ServerFailedError ServerLostError ServerStuckError '
+        'TooManyCallsError'
     ),
     'goalwire.rules.goals.journal': 'GoalJournal',
     'goalwire.rules.goals.policy': 'GoalPolicy parallel preempt queue single',
