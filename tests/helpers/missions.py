@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +87,14 @@ class Base:
             Runner(node, self.path, missions=missions, computer=computer) as runner,
         ):
             yield runner
+
+    @contextmanager
+    def broken(self) -> Iterator[None]:
+        """Break the journal for its runner, and mend it at the end, before the next runner."""
+        elsewhere = self.path.with_name('elsewhere.db')
+        self.path.rename(elsewhere)
+        yield
+        elsewhere.rename(self.path)
 
 
 def play(scenario: Callable[[], Awaitable[Any]]) -> None:

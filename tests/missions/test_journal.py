@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,29 @@ def test_no_step_begins_on_a_full_disk_and_the_mission_goes_on_when_there_is_roo
                 await run.wait()
             assert robot.places == list(range(20, 20 + PLACES))
             assert set(robot.executed.values()) == {1}
+
+    play(scenario)
+
+
+def test_all_who_wait_for_a_mission_hear_that_its_journal_is_broken(base: Base) -> None:
+    async def scenario() -> None:
+        async with Robot().served() as robot:
+            async with base.runner(trip) as runner:
+                run = await runner.start(trip, id='m')
+                await robot.until(1)
+                waiting = [
+                    asyncio.ensure_future(each)
+                    for each in (run.wait(), run.until(MissionState.LOST), runner.serve())
+                ]
+                with base.broken():
+                    heard = await asyncio.gather(*waiting, return_exceptions=True)
+                assert [type(each) for each in heard] == [JournalError] * 3
+                assert 'was deleted or replaced' in str(heard[2])
+                assert await run.until(MissionState.RUNNING) is MissionState.RUNNING
+            async with base.runner(trip) as runner:
+                (run,) = runner.missions()
+                assert await run.until(MissionState.LOST) is MissionState.SUCCEEDED
+            assert robot.places == list(range(20, 20 + PLACES))
 
     play(scenario)
 

@@ -253,6 +253,54 @@ def test_a_goal_whose_program_ends_while_its_mission_is_written_has_not_ended(
     play(scenario)
 
 
+def test_a_goal_whose_journal_breaks_has_not_ended_since_its_mission_goes_on(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            async with offered(base):
+                asking = asyncio.ensure_future(ask(3, ORDER))
+                await robot.until(1)
+                with base.broken(), pytest.raises(ServerLostError):
+                    await asking
+            async with offered(base):
+                assert await ask(3, ORDER) == [3]
+        assert robot.places == [3]
+
+    play(scenario)
+
+
+def test_a_goal_that_comes_when_the_journal_is_broken_has_not_ended_either(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served():
+            async with offered(base):
+                with base.broken(), pytest.raises(ServerLostError):
+                    await ask(3, ORDER)
+            async with offered(base):
+                assert await ask(3, ORDER) == [3]
+        assert robot.places == [3]
+
+    play(scenario)
+
+
+def test_a_goal_that_is_cancelled_when_the_journal_is_broken_is_not_cancelled(base: Base) -> None:
+    async def scenario() -> None:
+        robot = Robot()
+        async with robot.served(), goalwire.Node('brain') as node:
+            async with offered(base):
+                run = await node.action(Fibonacci, 'fetch').send(order=3, goal_id=ORDER).__aenter__()
+                await robot.until(1)
+                with base.broken():
+                    await run.cancel()
+                    with pytest.raises(ServerLostError):
+                        await run.result
+            async with offered(base):
+                assert await ask(3, ORDER) == [3]
+        assert robot.places == [3]
+
+    play(scenario)
+
+
 def test_closing_the_server_of_an_offer_ends_no_goal(base: Base) -> None:
     async def scenario() -> None:
         robot = Robot()

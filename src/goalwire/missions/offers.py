@@ -43,9 +43,14 @@ def offer(
     `arguments(goal)` returns the mission's arguments, `priority(goal)` its priority in a runner that carries
     out one mission at a time, and `result(value)` the result's message for the mission's value. Cancelling
     the goal cancels the mission, and its undo steps run. A mission that fails aborts its goal; so does one
-    whose id was used with other arguments. If the program ends before the mission, the client hears that the
-    server has gone, and not that the goal has ended. Raises as `Node.action_server` does.
+    whose id was used with other arguments. If the program ends before the mission, or if the journal cannot
+    be read or written any more, the client hears that the server has gone, and not that the goal has ended:
+    the next runner goes on with the mission. Raises as `Node.action_server` does.
     """
+
+    def leave(error: JournalError) -> None:
+        node.logger.error(f"Action '{name}' is not served any more, start this program again: {error}")
+        server.close()
 
     async def carry_out(goal: goalwire.Goal[GoalT, FeedbackT]) -> ResultT:
         id_ = goal.goal_id.hex()
@@ -58,22 +63,29 @@ def offer(
             # cancelled, too. Otherwise the next runner would find it in the journal and carry it out.
             run = await asyncio.shield(beginning)
             await run.ended.wait()
-        except (MissionIdTaken, JournalError) as error:
+        except MissionIdTaken as error:
             raise GoalAborted(str(error)) from error
         except ClosedError:  # the runner has ended: maybe the mission is in the journal, maybe not
             server.close()
+            raise asyncio.CancelledError from None
+        except JournalError as error:  # a commit that failed may be on the disk nevertheless
+            leave(error)
             raise asyncio.CancelledError from None
         except asyncio.CancelledError:
             try:
                 await asyncio.wait([beginning])
                 if beginning.exception() is None and goal.is_canceled and not server.is_closed:
-                    with suppress(ClosedError):  # the runner is closing: the next one finds the mission
+                    # If the runner is closing, or its journal is broken, the next one finds the mission.
+                    with suppress(ClosedError, JournalError):
                         await runner.cancel(id_)
                         await beginning.result().ended.wait()
             finally:
                 if _goes_on(beginning):
                     server.close()  # the client must not hear that the mission has ended
             raise
+        if run.failure is not None:
+            leave(run.failure)
+            raise asyncio.CancelledError
         return _result_of(run, result)
 
     server = node.action_server(action_type, name, carry_out)
@@ -82,10 +94,10 @@ def offer(
 
 
 def _goes_on(beginning: asyncio.Future[MissionRun]) -> bool:
-    """Return whether the next runner may go on with a mission, since this one is closing."""
-    if not beginning.done() or isinstance(beginning.exception(), ClosedError):
+    """Return whether the next runner may go on with a mission that this one does not carry out any more."""
+    if not beginning.done() or isinstance(beginning.exception(), (ClosedError, JournalError)):
         return True
-    return beginning.exception() is None and not beginning.result().ended.is_set()
+    return beginning.exception() is None and beginning.result().state.is_open
 
 
 def _result_of(run: MissionRun, result: Callable[..., ResultT]) -> ResultT:

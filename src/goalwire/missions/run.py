@@ -73,7 +73,7 @@ class MissionRun:
         self.state = row.state
         self.why = row.why
         self.result: Any = row.result
-        self.failure: Exception | None = None
+        self.failure: JournalError | None = None
         """The error after which the journal cannot be written any more."""
         self._writer = writer
         self._entries = list(entries)
@@ -291,10 +291,16 @@ class MissionRun:
 
     # -- its end -------------------------------------------------------------------------------------------
 
-    async def until(self, *states: MissionState) -> None:
-        """Wait until the mission is in one of these states."""
-        while self.state not in states:
+    async def until(self, *states: MissionState) -> MissionState:
+        """Wait until the mission is in one of these states, or has ended; return its state.
+
+        Raises JournalError if it never will be, since the journal cannot be written any more.
+        """
+        while self.state not in states and not self.ended.is_set():
             await self._changed.wait()
+        if self.failure is not None and self.state not in states:
+            raise self.failure
+        return self.state
 
     async def journal(self) -> AsyncIterator[Entry]:
         """Yield the entries of the journal, also later ones, until the mission has ended."""

@@ -277,8 +277,11 @@ class Runner:
         return list(self._runs.values())
 
     async def serve(self) -> None:
-        """Wait for ever, that is until the task is cancelled."""
-        await asyncio.Event().wait()
+        """Wait until the task is cancelled.
+
+        Raises JournalError as soon as the journal cannot be written: only another runner can go on then.
+        """
+        raise await asyncio.shield(self._open_writer().failure)
 
     # -- people --------------------------------------------------------------------------------------------
 

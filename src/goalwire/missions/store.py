@@ -120,7 +120,8 @@ class Store:
 
     def fact(self, key: str) -> str:
         """Return a stored fact about the file; '' if it does not exist."""
-        found = self._db.execute('SELECT value FROM file WHERE key = ?', (key,)).fetchone()
+        with self._file.explaining('read'):
+            found = self._db.execute('SELECT value FROM file WHERE key = ?', (key,)).fetchone()
         return '' if found is None else str(found[0])
 
     def set_fact(self, key: str, value: str) -> None:
@@ -174,18 +175,21 @@ class Store:
 
     def missions(self) -> list[MissionRow]:
         """Return all missions, in the order of their beginning."""
-        return [_row(found) for found in self._db.execute('SELECT * FROM mission ORDER BY begun, id')]
+        with self._file.explaining('read'):
+            return [_row(found) for found in self._db.execute('SELECT * FROM mission ORDER BY begun, id')]
 
     def mission(self, id_: str) -> MissionRow | None:
         """Return one mission."""
-        found = self._db.execute('SELECT * FROM mission WHERE id = ?', (id_,)).fetchone()
+        with self._file.explaining('read'):
+            found = self._db.execute('SELECT * FROM mission WHERE id = ?', (id_,)).fetchone()
         return None if found is None else _row(found)
 
     def entries(self, id_: str) -> list[Entry]:
         """Return the journal of a mission, in the order of its writing."""
-        found = self._db.execute(
-            'SELECT kind, step, body, data, at FROM entry WHERE mission = ? ORDER BY number', (id_,)
-        )
+        with self._file.explaining('read'):
+            found = self._db.execute(
+                'SELECT kind, step, body, data, at FROM entry WHERE mission = ? ORDER BY number', (id_,)
+            ).fetchall()
         return [
             Entry(EntryKind(kind), step, json.loads(body), data, at) for kind, step, body, data, at in found
         ]
@@ -201,7 +205,10 @@ class Store:
 
     def commands(self) -> list[Command]:
         """Return the commands that were not removed yet, in their order."""
-        found = self._db.execute('SELECT number, mission, verb, body FROM command ORDER BY number')
+        with self._file.explaining('read'):
+            found = self._db.execute(
+                'SELECT number, mission, verb, body FROM command ORDER BY number'
+            ).fetchall()
         return [Command(number, mission, verb, json.loads(body)) for number, mission, verb, body in found]
 
     def take_command(self, number: int) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, TypeVar
 
-from goalwire.errors import ClosedError
+from goalwire.errors import ClosedError, JournalError
 
 if TYPE_CHECKING:
     from goalwire.missions.store import Change, Store
@@ -30,6 +30,8 @@ class Writer:
         self._commit: asyncio.Task[None] | None = None
         self._next: asyncio.Task[None] | None = None
         self._is_closed = False
+        self.failure: asyncio.Future[JournalError] = asyncio.get_running_loop().create_future()
+        """The error of the first change that could not be written: its mission cannot go on."""
 
     async def write(self, change: Change) -> None:
         """Write a change, and return when it is on the disk. Raises JournalError."""
@@ -43,7 +45,12 @@ class Writer:
             await asyncio.wait([before])
         self._commit, self._next = self._next, None
         changes, self._waiting = self._waiting, []
-        await self.run(lambda: self.store.commit(changes, self._computer.wall()))
+        try:
+            await self.run(lambda: self.store.commit(changes, self._computer.wall()))
+        except JournalError as error:
+            if not self.failure.done():
+                self.failure.set_result(error)
+            raise
 
     async def run(self, function: Callable[[], T]) -> T:
         """Call a function on the writer's thread, which may use the store. Raises ClosedError."""
