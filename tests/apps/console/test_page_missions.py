@@ -76,6 +76,29 @@ def test_a_lost_step_is_shown_with_its_evidence_and_done_again_after_a_question(
     assert executions.read_text(encoding='utf-8').count('begun') == 4
 
 
+def test_an_open_mission_whose_runner_was_killed_says_that_nobody_runs_it(
+    stage: Stage, open_page: Callable[[str], Any], tmp_path: Path
+) -> None:
+    journal = tmp_path / 'missions.db'
+    (tmp_path / 'asks.py').write_text(ASKS, encoding='utf-8')
+    runner = run_mission(stage, journal, f'{tmp_path / "asks.py"}:ask')
+    runner.expect('asks: carry 7 kg', BROWSER)
+    _, url = stage.console('--missions', str(journal))
+    page = open_page(url)
+    view(page, 'missions')
+    page.wait_for_selector('tr[data-key=m]:has-text("approval")')
+    assert page.locator('text=obody runs it').count() == 0
+    runner.kill()
+    page.wait_for_selector('tr[data-key=m]:has-text("nobody runs it: carry 7 kg?")')
+    page.wait_for_selector(
+        '[data-question=m]:has-text("its runner takes the answer when it is started again")'
+    )
+    page.click('[data-question=m] [data-say=yes]')
+    run_mission(stage, journal, f'{tmp_path / "asks.py"}:ask').expect('^Mission succeeded: True', BROWSER)
+    page.wait_for_selector('tr[data-key=m]:has-text("succeeded")')
+    assert page.locator('text=obody runs it').count() == 0
+
+
 def test_a_console_that_only_looks_has_no_buttons(
     stage: Stage, open_page: Callable[[str], Any], tmp_path: Path
 ) -> None:

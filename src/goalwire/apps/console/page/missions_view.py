@@ -33,6 +33,7 @@ _LABELS = {
     'undo': 'Cancel and undo',
     'cancel': 'Cancel without undo',
 }
+_NOBODY_TAKES = 'Nobody runs it now: its runner takes the answer when it is started again.'
 _TONES = {
     MissionState.RUNNING: 'info',
     MissionState.SUCCEEDED: 'good',
@@ -60,7 +61,8 @@ class MissionsView(View):
         self._seen: list[SeenMission] = []
         self._problem = ''
         self._is_reading = False
-        self._asked: list[MissionRow] = []
+        self._asked: tuple[list[MissionRow], bool] = [], True
+        """The missions whose questions are shown, and whether a runner was there."""
 
     def build(self) -> None:
         self._trouble = ui.label('').classes('gw-problem').props('data-mission-problem')
@@ -96,7 +98,7 @@ class MissionsView(View):
         self._trouble.set_visibility(bool(self._problem))
         self._put_questions()
         self._put_lanes()
-        self._table.put([_row(seen) for seen in reversed(self._seen)])
+        self._table.put([self._row(seen) for seen in reversed(self._seen)])
 
     async def _read(self) -> None:
         try:
@@ -109,9 +111,10 @@ class MissionsView(View):
 
     def _put_questions(self) -> None:
         waiting = [seen.row for seen in self._seen if seen.row.state.waits_for_somebody]
-        if waiting == self._asked:
+        asked = waiting, self._journal.has_runner
+        if asked == self._asked:
             return
-        self._asked = waiting
+        self._asked = asked
         self._questions.clear()
         with self._questions:
             for row in waiting:
@@ -120,6 +123,8 @@ class MissionsView(View):
                         ui.label(row.id).classes('gw-mono gw-dim')
                         ui.label(str(row.state)).classes('gw-chip warn')
                     ui.label(row.why).style('overflow-wrap: anywhere')
+                    if not self._journal.has_runner:
+                        ui.label(_NOBODY_TAKES).classes('gw-dim')
                     if self.settings.may_send(row.name):
                         self._put_buttons(row, COMMANDS[row.state])
 
@@ -155,15 +160,17 @@ class MissionsView(View):
         lanes = [_lane(seen, now) for seen in self._seen if _is_recent(seen, now)]
         self._lanes.put({'now': now, 'span': _SPAN_S, 'groups': lanes + below})
 
+    def _row(self, seen: SeenMission) -> dict[str, Any]:
+        row = seen.row
+        state, why = {'text': str(row.state), 'tone': _TONES.get(row.state, 'warn')}, row.why
+        if row.state.is_open and not self._journal.has_runner:
+            state['tone'] = 'warn'
+            why = f'nobody runs it: {why}' if why else 'nobody runs it'
+        return {'key': row.id, 'cells': [row.id, row.name, state, local_time(row.changed), why]}
+
 
 def _is_recent(seen: SeenMission, now: float) -> bool:
     return seen.row.state.is_open or seen.row.changed > now - _SPAN_S
-
-
-def _row(seen: SeenMission) -> dict[str, Any]:
-    row = seen.row
-    state = {'text': str(row.state), 'tone': _TONES.get(row.state, 'warn')}
-    return {'key': row.id, 'cells': [row.id, row.name, state, local_time(row.changed), row.why]}
 
 
 def _lane(seen: SeenMission, now: float) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.errors import MissionError
 from goalwire.execution.asyncio.waiting import in_thread
+from goalwire.missions.file_lock import has_runner
 from goalwire.missions.questions import ANSWERS, answer_body
 from goalwire.missions.store import MissionRow, Store
 from goalwire.missions.wakeup import wake_runner
@@ -51,6 +52,8 @@ class MissionJournal:
     def __init__(self, path: str) -> None:
         self.path = Path(path)
         self._lock = asyncio.Lock()
+        self.has_runner = True
+        """Whether a runner had the journal at the last look. Without one, open missions stand still."""
         self._ended: dict[str, SeenMission] = {}
         """Missions that have ended, which no longer change."""
 
@@ -60,6 +63,7 @@ class MissionJournal:
             return await in_thread(self._look)
 
     def _look(self) -> list[SeenMission]:
+        self.has_runner = has_runner(self.path)
         with Store(self.path, must_exist=True) as store:
             rows = store.missions()
             ended = [row for row in rows if not row.state.is_open]
