@@ -447,7 +447,7 @@ def test_what_does_not_answer_is_said_to_be_old(
 
     # The console is killed: the page says so and takes no click. It goes on with the next one.
     console.kill()
-    page.wait_for_selector('[data-lost]:has-text("STOP does not reach the robot")')
+    page.wait_for_selector('[data-lost]:has-text("No connection to the console")')
     assert page.evaluate("() => document.getElementById('app').inert")
     picture(page, f'console-gone-{transport_name}')
     stage.console('--port', url.rstrip('/').rpartition(':')[2])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import aclosing
 from typing import TYPE_CHECKING, Any
 
 from nicegui.element import Element
 
+from goalwire.apps.console.page.stop_requests import PATH, describe_answer, read_press
 from goalwire.apps.console.state.emergency import Standing
-from goalwire.apps.console.state.stopping import Answer
-from goalwire.errors import GoalwireError, peer_text
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import Page
@@ -26,6 +26,7 @@ class EmergencyBar(Element, component='emergency_bar.js'):
         self._session = page.session
         self._shown: dict[str, Any] = dict(_NOTHING)
         self.props['shown'] = self._shown
+        self.props['path'] = PATH
         self.on('stop', self._stop)
         self.on('release', self._release)
 
@@ -91,21 +92,18 @@ class EmergencyBar(Element, component='emergency_bar.js'):
     # -- presses of the buttons ------------------------------------------------------------------------------
 
     async def _stop(self, event: Any) -> None:
-        press = int(event.args['press'])
-        robot = str(event.args['robot'])
-        robots = sorted(self._session.vitals) if event.args['all'] is True else [robot]
-
-        def tell(answer: Answer) -> None:
-            if self._page.closed:
-                return
-            told = {'press': press, 'robot': answer.robot or '/', 'service': answer.service}
-            with self._page.client:
-                self.run_method('answered', {**told, 'text': answer.text, 'ok': answer.is_done})
-
-        try:
-            await self._session.stop(robots, tell, self._page.rights)
-        except GoalwireError as error:
-            tell(Answer(robot, '', peer_text(error), is_done=False))
+        pressed = read_press(event.args)
+        if pressed is None:
+            return
+        press = self._session.begin_stop(
+            pressed.press, pressed.robot, self._page.rights, is_for_all=pressed.is_for_all
+        )
+        async with aclosing(press.answers()) as answers:
+            async for answer in answers:
+                if self._page.closed:
+                    return
+                with self._page.client:
+                    self.run_method('answered', describe_answer(pressed.press, answer))
 
     async def _release(self) -> None:
         robot = self._page.robot

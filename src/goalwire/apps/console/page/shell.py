@@ -12,7 +12,9 @@ from fastapi import FastAPI
 from nicegui import Client, background_tasks, ui
 
 from goalwire.apps.console.entry import SIGN_OUT
+from goalwire.apps.console.page import site
 from goalwire.apps.console.page.actions_view import ActionsView
+from goalwire.apps.console.page.connection import install_watch, watch_connection
 from goalwire.apps.console.page.emergency_bar import EmergencyBar
 from goalwire.apps.console.page.graph_view import GraphViewPage
 from goalwire.apps.console.page.kept import ask_for_kept, keep_dark
@@ -25,6 +27,7 @@ from goalwire.apps.console.page.robot_view import RobotView
 from goalwire.apps.console.page.services_view import ServicesView
 from goalwire.apps.console.page.site import install_site
 from goalwire.apps.console.page.statistics_view import StatisticsView
+from goalwire.apps.console.page.stop_requests import install_stop
 from goalwire.apps.console.page.theme import set_colours
 from goalwire.apps.console.page.topics_view import TopicsView
 from goalwire.apps.console.page.view import Page, RefusedView, View
@@ -44,29 +47,14 @@ VIEWS: tuple[type[View], ...] = (
 )
 _OLD_BATTERY_S = 5.0
 
-_LOST = """
-<div class="gw-lost" data-lost role="alert" hidden>
-  The console does not answer: what you see is old, and STOP does not reach the robot. Trying again…
-</div>
-<script>
-  addEventListener('DOMContentLoaded', () => {
-    const popup = document.getElementById('popup');
-    new MutationObserver(() => {
-      const lost = popup.ariaHidden === 'false';
-      document.querySelector('[data-lost]').hidden = !lost;
-      document.body.classList.toggle('gw-is-lost', lost);
-      document.getElementById('app').inert = lost;  // what is clicked now would be sent much later
-    }).observe(popup, { attributes: true, attributeFilter: ['aria-hidden'] });
-  });
-</script>
-"""
-
 
 def install(application: FastAPI, session: Session) -> None:
     """Add the page of the live robot to a web application. Only once in a process."""
+    install_watch(application)
+    install_stop(application, session)
     style = install_site(application, session.meshes)
 
-    @ui.page('/')
+    @ui.page('/', reconnect_timeout=site.KEPT_S)
     def page(view: str = '', robot: str = '') -> None:
         Shell(ui.context.client, session, style).build(view, robot)
 
@@ -92,7 +80,7 @@ class Shell:
         if robots:
             page.select_robot(robot if robot in robots else robots[0])
         ui.add_head_html(f'<link rel="stylesheet" href="{self._style}">')
-        ui.add_body_html(_LOST)
+        watch_connection()
         self._dark = ui.dark_mode(value=None)
         set_colours()
         with ui.element('div').classes('gw-shell'):
@@ -105,6 +93,7 @@ class Shell:
         self._emergency = EmergencyBar(page)
         page.header = self._refresh_bar
         page.client.on_delete(page.close)
+        page.cancel_goals_after(site.RECONNECT_S)
         names = {kind.name for kind in self._views}
         self._show(view if view in names else ('robot' if robots else 'graph'))
         background_tasks.create(self._begin())

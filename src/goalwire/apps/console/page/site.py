@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 MOST_PAGES = 100
 """The largest number of pages in all browsers; a page to which no browser connects counts for a minute."""
 RECONNECT_S = 10.0
-"""Seconds that a browser without a connection may take to come back before its page is closed."""
+"""Seconds that a browser without a connection may take to come back; then the goals that are to end with
+its page are cancelled. It also sets how often connections are tested: every 8 s, and 4 s for the answer."""
+KEPT_S = 60.0
+"""Seconds that a page is kept without a connection. A browser that comes back later loads the page anew."""
 _STYLE = Path(__file__).with_name('style.css')
 
 

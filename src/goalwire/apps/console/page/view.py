@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -93,6 +94,7 @@ class Page:
         """The goals that are cancelled when the page is closed."""
         self.closed = False
         self._pacer = Pacer(client, self._refresh)
+        self._leaving: asyncio.TimerHandle | None = None
         self._follows = False
 
     def follow_robots(self) -> None:
@@ -154,10 +156,30 @@ class Page:
         if self.view is not None:
             self.view.close()
             self.view = None
+        self._set_leaving(None)
+        self._cancel_own_goals()
+
+    def cancel_goals_after(self, seconds: float) -> None:
+        """Cancel the goals in `own_goals` whenever the browser has been away for so long."""
+
+        def leave() -> None:
+            if not self.closed and not self.client.has_socket_connection:
+                self._set_leaving(asyncio.get_running_loop().call_later(seconds, self._cancel_own_goals))
+
+        self.client.on_disconnect(leave)
+        self.client.on_connect(lambda: self._set_leaving(None))
+
+    def _set_leaving(self, timer: asyncio.TimerHandle | None) -> None:
+        if self._leaving is not None:
+            self._leaving.cancel()
+        self._leaving = timer
+
+    def _cancel_own_goals(self) -> None:
         for action, goal_id in self.own_goals:
             goal = self.session.goals.get(action, goal_id)
             if goal is not None and goal.is_active:
                 background_tasks.create(self._cancel(action, goal_id))
+        self.own_goals.clear()
 
     async def _cancel(self, action: str, goal_id: str) -> None:
         try:

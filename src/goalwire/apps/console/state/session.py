@@ -16,6 +16,7 @@ from goalwire.apps.console.state.goal_watch import GoalWatch
 from goalwire.apps.console.state.live_recording import LiveRecording
 from goalwire.apps.console.state.mission_journal import MissionJournal
 from goalwire.apps.console.state.ownership import may_move
+from goalwire.apps.console.state.presses import Press, Presses
 from goalwire.apps.console.state.rights import Rights
 from goalwire.apps.console.state.robot_model import Meshes
 from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
@@ -60,6 +61,7 @@ class Session:
         """
         self.listeners: set[Callable[[], object]] = set()
         """Functions that are called when the shown state of an emergency stop has changed."""
+        self.presses = Presses(self.stop)
         self._robots: dict[str, tuple[RobotWatch, int]] = {}
         self._selected: Counter[str] = Counter()
         self._log_reading: Reading | None = None
@@ -79,6 +81,7 @@ class Session:
         for task in self._tasks:
             with suppress(asyncio.CancelledError):
                 await task
+        await self.presses.close()
         await self.recording.stop()
         self.types.close()
         self.sender.close()
@@ -184,13 +187,22 @@ class Session:
 
     # -- stopping --------------------------------------------------------------------------------------------
 
+    def begin_stop(self, press: str, robot: str, by: Rights, *, is_for_all: bool) -> Press:
+        """Return the press of STOP of that id; the first call with an id stops the robot, or all robots."""
+        return self.presses.begin(press, sorted(self.vitals) if is_for_all else [robot], by)
+
     async def stop(self, robots: Iterable[str], tell: Listener, by: Rights) -> None:
         """Call every emergency stop of robots, all at once, without a question, and report each answer.
 
         Raises NotAllowedError if the console is read-only, or the policy says that the visitor may not stop.
         The allow-list does not apply.
         """
-        stopped = [self.vitals[name] for name in robots if name in self.vitals]
+        stopped = []
+        for name in robots:
+            if name in self.vitals:
+                stopped.append(self.vitals[name])
+            else:
+                tell(Answer(name, '', 'this console does not see the robot', is_done=False))
         by.check_to_stop([service.name for each in stopped for service in each.emergency.known])
         await stop(self.node, stopped, tell)
 

@@ -1,0 +1,31 @@
+"""The line that a page shows while it has no connection to the console, and the script that watches it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fastapi import FastAPI
+from fastapi.responses import Response
+from nicegui import ui
+
+_SCRIPT = Path(__file__).with_name('connection.js').read_text(encoding='utf-8')
+_LOST = f"""
+<div class="gw-lost" data-lost role="alert" hidden>
+  <b>No connection to the console</b> <span data-lost-for aria-hidden="true"></span>
+  <div>What you see is old. STOP is still tried, and says within 1 s whether it failed. Trying again …</div>
+</div>
+<script>{_SCRIPT}</script>
+"""
+
+
+def install_watch(application: FastAPI) -> None:
+    """Add the address at which pages ask whether the console is there."""
+
+    @application.get('/console/here', include_in_schema=False)
+    async def here() -> Response:
+        return Response(status_code=204, headers={'Cache-Control': 'no-store'})
+
+
+def watch_connection() -> None:
+    """Watch the connection of the page that is being made."""
+    ui.add_body_html(_LOST)

@@ -1,0 +1,181 @@
+"""The page while the console does not answer, and after that: STOP, its report, and what was typed."""
+
+from __future__ import annotations
+
+import json
+import signal
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from helpers.console import DATA, PROGRAMS, Stage, picture
+from helpers.page import until
+from helpers.patience import PATIENCE, wait_for
+from helpers.processes import Program
+
+OpenPage = Callable[[str], Any]
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+
+ASKED = 'robot: asked True'
+STATES = """() => {
+  window.states = [];
+  const tell = state => window.states.push([state, performance.now()]);
+  goalwireStop.$watch('report.state', tell, { flush: 'sync' }); }"""
+TIMEOUTS = """() => {
+  socket.io.timeout(1000);
+  window.timeouts = 0;
+  socket.io.on('error', error => { window.timeouts += error.message === 'timeout'; }); }"""
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind() -> None:
+    """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
+
+
+def robot(stage: Stage) -> Program:
+    """Start a robot that can be stopped."""
+    started = stage.program(PROGRAMS / 'stoppable.py', str(DATA / 'robot.urdf'), 'alice', '1.0')
+    started.expect('ready')
+    return started
+
+
+@contextmanager
+def hung(console: Program) -> Iterator[None]:
+    """Have the console do nothing meanwhile."""
+    console.send_signal(signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        console.send_signal(signal.SIGCONT)
+
+
+def seconds_until_failed(page: Any) -> float:
+    """Return how long the page took to say that the last press has failed."""
+    (first, began), (second, ended), *_ = page.evaluate('() => window.states.slice(-2)')
+    assert (first, second) == ('stopping', 'failed')
+    return float(ended - began) / 1000
+
+
+def press(url: str, values: Any, headers: dict[str, str] | None = None) -> tuple[int, str]:
+    """Send a press as a page does, without a web socket; return the status and the answer."""
+    request = urllib.request.Request(
+        f'{url}console/stop', json.dumps(values).encode(), headers or {}, method='POST'
+    )
+    try:
+        with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
+            return answer.status, answer.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode()
+
+
+def test_a_request_stops_without_a_web_socket_and_a_press_is_done_once(stage: Stage) -> None:
+    alice = robot(stage)
+    _, url = stage.console()
+    pressed: dict[str, Any] = {'press': 'one', 'robot': '/alice', 'all': False}
+
+    def is_stopped() -> bool:
+        """Press anew until the console has seen the robot."""
+        pressed['press'] += '+'
+        status, text = press(url, pressed)
+        assert status == 200
+        answers = [json.loads(line) for line in text.split('\n') if line]
+        return bool(answers[-1]['ok']) and answers[-1]['service'] == '/alice/emergency_stop'
+
+    wait_for(is_stopped, 'a robot that is stopped')
+    alice.expect(ASKED)
+    asked = alice.output.count(ASKED)
+    first = press(url, pressed)
+    assert 'stopped after' in first[1]
+    assert press(url, pressed | {'again': True}) == first
+    assert alice.output.count(ASKED) == asked, 'a press that is known is not done again'
+    assert press(url, pressed | {'press': 'another', 'again': True})[0] == 404
+    assert 'does not see the robot' in press(url, pressed | {'press': 'bob', 'robot': '/bob'})[1]
+    no_ids: list[Any] = [[], {}, pressed | {'press': ''}, pressed | {'press': 'x' * 65}]
+    for wrong in (*no_ids, pressed | {'robot': 7}):
+        assert press(url, wrong)[0] == 400
+    assert press(url, pressed, {'Origin': 'http://elsewhere.example'})[0] == 403
+    assert press(f'{url}../console/', pressed)[0] in {404, 405}
+
+
+def test_a_console_that_hangs_is_told_and_the_late_answer_to_stop_is_shown(
+    stage: Stage, open_page: OpenPage
+) -> None:
+    alice = robot(stage)
+    console, url = stage.console()
+    page = open_page(f'{url}?view=services&robot=/alice')
+    page.wait_for_selector('[data-estop]')
+    page.evaluate(STATES)
+    page.evaluate(TIMEOUTS)
+    page.evaluate('() => { window.same = true; }')
+    with hung(console):
+        page.keyboard.press('Pause')  # the page does not know yet that nobody answers
+        page.wait_for_selector('[data-stop-report=failed]:has-text("no answer within 1 s")')
+        assert 0.9 < seconds_until_failed(page) < 3
+        page.click('[data-dismiss]')
+        page.wait_for_selector('[data-lost]:has-text("No connection to the console")')
+        picture(page, 'stop-lost')
+        page.click('[data-estop]')
+        page.wait_for_selector('[data-stop-report=failed]')
+        assert 0.9 < seconds_until_failed(page) < 3
+        until(page, '() => window.timeouts >= 2')  # at each NiceGUI's own script would load the page anew
+        assert alice.output.count(ASKED) == 0
+    page.wait_for_selector('[data-lost]', state='hidden')
+    page.wait_for_selector('[data-stop-report=late]:has-text("the robot was stopped late")')
+    page.wait_for_selector('[data-banner=stopped]')
+    assert page.evaluate('() => window.same'), 'it is the same page'
+    picture(page, 'stop-late')
+    assert alice.output.count(ASKED) == 2, 'each press was done once'
+
+
+def test_a_press_goes_on_by_a_request_if_the_web_socket_is_lost(stage: Stage, open_page: OpenPage) -> None:
+    alice = robot(stage)
+    _, url = stage.console()
+    page = open_page(f'{url}?view=services&robot=/alice')
+    page.wait_for_selector('[data-estop]')
+    page.evaluate('() => { socket.io.reconnection(false); socket.io.engine.close(); }')
+    page.wait_for_selector('[data-lost]')
+    page.click('[data-estop]')
+    alice.expect(ASKED)
+    page.wait_for_selector('[data-stop-report=stopped]:has-text("/alice/emergency_stop stopped after")')
+    picture(page, 'stop-without-web-socket')
+    page.evaluate('() => { socket.io.reconnection(true); socket.connect(); }')
+    page.wait_for_selector('[data-lost]', state='hidden')
+    page.wait_for_selector('[data-banner=stopped]')
+    assert alice.output.count(ASKED) == 1, 'both ways together are one press'
+
+
+def test_a_report_outlives_a_reload_and_its_late_answer_too(stage: Stage, open_page: OpenPage) -> None:
+    alice = robot(stage)
+    console, url = stage.console()
+    page = open_page(f'{url}?view=services&robot=/alice')
+    page.wait_for_selector('[data-estop]')
+    with hung(console):
+        page.keyboard.press('Pause')
+        page.wait_for_selector('[data-stop-report=failed]')
+        page.evaluate('() => void setTimeout(() => location.reload())')
+    alice.expect(ASKED)
+    page.wait_for_selector('[data-stop-report=late]:has-text("/alice/emergency_stop stopped after")')
+    assert alice.output.count(ASKED) == 1
+
+    # Another console at that address knows nothing of the press, and stops nothing for it.
+    page.click('[data-dismiss]')
+    with hung(console):
+        page.keyboard.press('Pause')
+        page.wait_for_selector('[data-stop-report=failed]')
+        console.kill()
+    page.evaluate('() => { window.same = true; }')
+    stage.console('--port', url.rstrip('/').rpartition(':')[2])
+    until(page, '() => window.same === undefined')
+    page.wait_for_selector('[data-stop-report=failed]:has-text("the robot may still move")')
+    page.wait_for_selector('[data-banner=stopped]')
+    assert alice.output.count(ASKED) == 1
+    page.reload()
+    page.wait_for_selector('[data-stop-report=failed]')
+    page.click('[data-dismiss]')
+    page.reload()
+    page.wait_for_selector('[data-banner=stopped]')
+    assert page.locator('[data-stop-report]').count() == 0
