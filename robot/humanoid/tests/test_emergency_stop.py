@@ -296,6 +296,35 @@ def test_a_robot_that_never_had_a_switch_moves(gw_clock: VirtualClock, gw_graph:
         assert accepted(robot)
 
 
+def test_a_goal_that_comes_before_a_new_switch_has_spoken_waits_for_it(
+    gw_clock: VirtualClock, gw_graph: Graph
+) -> None:
+    gw_graph.start(NavigationActionServer)  # it looks for switches every 0.2 s
+    with Robot() as robot:
+        assert accepted(robot)
+        gw_graph.start(JointStateService)  # its switch speaks 0.2 s later
+        time.sleep(0.19)  # virtual
+        assert accepted(robot)
+
+
+def test_a_goal_waits_only_a_second_for_a_switch_that_says_nothing(
+    gw_clock: VirtualClock, gw_graph: Graph
+) -> None:
+    gw_graph.start(NavigationActionServer)
+    with Robot() as robot:
+        assert accepted(robot)
+        mute = robot.node.create_publisher(Bool, 'emergency_stopped', LATCHED)
+        robot.node.create_service(SetBool, 'emergency_stop', lambda _, response: response)
+        time.sleep(0.5)  # virtual
+        began = time.monotonic()
+        assert not accepted(robot)
+        assert time.monotonic() - began < 1.1, 's, virtual'
+        assert not accepted(robot)
+        mute.publish(Bool(data=False))
+        time.sleep(0.1)  # virtual
+        assert accepted(robot)
+
+
 def accepted(robot: Robot) -> bool:
     with robot.drive(0.1, 0.0, allowed=10.0, timeout=20.0) as run:
         run.finish()

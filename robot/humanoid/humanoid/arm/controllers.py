@@ -15,6 +15,7 @@ from typing import Any
 from control_msgs.action import FollowJointTrajectory, GripperCommand
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -65,6 +66,7 @@ class Controller:
             name,
             execute_callback=self._execute,
             goal_callback=self._judge,
+            callback_group=ReentrantCallbackGroup(),  # `_judge` may wait for other callbacks
             handle_accepted_callback=self._accept,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
         )
@@ -95,7 +97,8 @@ class Controller:
             if not ending.success:
                 self._limbs.command(self.joints)
 
-    def _judge(self, goal: Any) -> GoalResponse:
+    async def _judge(self, goal: Any) -> GoalResponse:
+        await self._stop.until_known()
         taken = self._limbs.taken - set(self.joints) if self.busy else self._limbs.taken
         return judge(
             self._node, lambda: self._stop.refusal or self._fall.refusal or self._refusal(goal, taken)

@@ -86,6 +86,7 @@ class ArmActionServer(Node):
             'move_arm',
             execute_callback=self._execute,
             goal_callback=self._judge,
+            callback_group=ReentrantCallbackGroup(),  # `_judge` may wait for other callbacks
             handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
         )
@@ -97,7 +98,8 @@ class ArmActionServer(Node):
         self.create_service(Trigger, 'stand', self._stand, callback_group=waiting)
         self.get_logger().info('Arm Action Server ready')
 
-    def _judge(self, goal: MoveArm.Goal) -> GoalResponse:
+    async def _judge(self, goal: MoveArm.Goal) -> GoalResponse:
+        await self._stop.until_known()
         response = judge(self, lambda: self._refusal(goal.joint_names, goal.positions, goal.duration))
         if response is GoalResponse.ACCEPT:
             self.get_logger().info(f'Goal accepted: {", ".join(goal.joint_names)}')

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
+from rclpy.task import Future
 from std_msgs.msg import Bool
 
 from humanoid.emergency.names import ENDED, REFUSAL, STATE, SWITCH, TOLD_EVERY, make_latched_qos, steady
-from humanoid.emergency.votes import Publisher, StopVotes
+from humanoid.emergency.votes import MISSED, Publisher, StopVotes
 from humanoid.graph import full_name, has_service, one_of, publisher_gid
 
 
@@ -70,6 +71,8 @@ class StopListener:
         self._votes = StopVotes()
         self._publishers = StatePublishers(node)
         self._ignored = ''
+        self._unheard = 0  # looks since there is a switch that has not said how it stands
+        self._waiting: list[Future[None]] = []
         if press is None:
             button = node.create_publisher(Bool, SWITCH, 10)
             self._press: Callable[[], None] = lambda: button.publish(Bool(data=True))
@@ -106,9 +109,29 @@ class StopListener:
             return f'emergency stop: {self.why} and has to take it back' if self.why else REFUSAL
         if self.stopped:
             return f'emergency stop: {self.why} Once it is back, {SWITCH} is to be called with false'
-        if self._publishers.have_switch and not self._votes.knows_switch:
+        if self._is_unknown:
             return 'emergency stop: its switch has not said yet how it stands'
         return None
+
+    @property
+    def _is_unknown(self) -> bool:
+        return self._publishers.have_switch and not self._votes.knows_switch
+
+    async def until_known(self) -> None:
+        """Wait until a switch in the ROS graph has said how it stands, a second at most.
+
+        A switch speaks a moment after it was started. Until then goals would be refused, and their clients
+        could not know why.
+        """
+        while self._is_unknown and self._unheard <= MISSED:
+            change: Future[None] = Future()
+            self._waiting.append(change)
+            await change
+
+    def _wake(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for change in waiting:
+            change.set_result(None)
 
     @property
     def has_heard(self) -> bool:
@@ -143,9 +166,12 @@ class StopListener:
             self._on_stop()
         if throw:
             self._press()
+        self._wake()
 
     def _look(self) -> None:
         if self._votes.look(self._publishers.look()):
             self._node.get_logger().error(f'EMERGENCY STOP: {self._votes.lost}')
             self._on_stop()
             self._press()
+        self._unheard = self._unheard + 1 if self._is_unknown else 0
+        self._wake()

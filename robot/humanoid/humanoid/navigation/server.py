@@ -17,6 +17,7 @@ from humanoid_interfaces.action import MoveToPosition
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
@@ -112,6 +113,7 @@ class NavigationActionServer(Node):
             'move_to_position',
             execute_callback=self._execute,
             goal_callback=self._judge,
+            callback_group=ReentrantCallbackGroup(),  # `_judge` may wait for other callbacks
             handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
         )
@@ -141,7 +143,8 @@ class NavigationActionServer(Node):
             self._action_server.destroy()
         super().destroy_node()
 
-    def _judge(self, goal: MoveToPosition.Goal) -> GoalResponse:
+    async def _judge(self, goal: MoveToPosition.Goal) -> GoalResponse:
+        await self._stop.until_known()
         pose = goal.target_pose.pose
         position = (pose.position.x, pose.position.y, pose.position.z)
         turn = pose.orientation

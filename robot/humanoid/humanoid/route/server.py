@@ -19,6 +19,7 @@ from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.task import Future
@@ -124,6 +125,7 @@ class Navigator(Node):
             manner.name,
             execute_callback=self._execute,
             goal_callback=partial(self._judge, manner),
+            callback_group=ReentrantCallbackGroup(),  # `_judge` may wait for other callbacks
             handle_accepted_callback=partial(self._begin, manner),
             cancel_callback=self._cancel,
         )
@@ -157,7 +159,9 @@ class Navigator(Node):
         """Return the poses of a goal, on the map. Raises Refused."""
         return [self._frames.on_map(pose, manner.default_frame) for pose in manner.poses(request)]
 
-    def _judge(self, manner: Manner, request: Any) -> GoalResponse:
+    async def _judge(self, manner: Manner, request: Any) -> GoalResponse:
+        await self._stop.until_known()
+
         def check_all() -> None:
             if reason := self._stop.refusal or self._fall.refusal:
                 raise Refused(reason)
