@@ -4,7 +4,8 @@ humanoid up
 goalwire mission run examples/missions/thirteen.py:thirteen --id demo-1
 
 Each goal is executed once, or the mission asks. If only its runner dies, it asks about two calls, which a
-server cannot recognise when they come twice: the wave, and the release of the emergency stop.
+server cannot recognise when they come twice: the wave, and the release of the emergency stop. If the robot
+does not do what it should, for example since its servers were restarted, the mission asks, too.
 """
 
 from __future__ import annotations
@@ -25,11 +26,13 @@ from std_msgs.msg import Bool, Header
 from std_srvs.srv import SetBool, Trigger
 
 import goalwire
-from goalwire import DeadlineError, GoalAborted, GoalCanceled, GoalRefused
+from goalwire import CallError, DeadlineError, GoalAborted, GoalCanceled, GoalRefused
+from goalwire.errors import StepLost
 from goalwire.missions import SentGoal, Steps, mission
 
 GOAL_WITHIN = 60.0  # s for a goal, the robot's turning included
 ACCEPTED_WITHIN = 10.0  # s for a server to appear and to accept a goal
+READ_WITHIN = 5.0  # s for an answer that only tells something; after three attempts the mission asks
 SEEN_WITHIN = 20.0  # s until a topic shows what a step waits for
 MEASURED_WITHIN = 0.01  # rad: a joint with mass may stand this far beyond its limit
 MOVING_SPEED = 0.01  # rad/s
@@ -63,10 +66,10 @@ class Demo:
     async def every_joint(self) -> str:
         """Ask for each joint, and for one that does not exist."""
         for joint in JOINTS:
-            at = (await self._joint.call(joint_name=joint.name, timeout=5.0)).position
+            at = (await self._read_joint(joint.name)).position
             within = joint.lower - MEASURED_WITHIN <= at <= joint.upper + MEASURED_WITHIN
             await self._expect(within, f'{joint.name} at {at:.2f} {joint.unit}')
-        unknown = await self._joint.call(joint_name='tail', timeout=5.0)
+        unknown = await self._read_joint('tail')
         await self._expect(
             not unknown.position and not unknown.is_moving, 'a joint answers that does not exist'
         )
@@ -120,14 +123,14 @@ class Demo:
             return await self._aborted(driving)
 
     async def home_lowering_the_arm(self) -> str:
-        before = (await self._battery.call(timeout=5.0)).battery.charge
+        before = await self._read_charge()
         async with (
             self._arm.send(reach(LOWERED), timeout=ACCEPTED_WITHIN) as lowering,
             self._base.send(to(0.0, 0.0), timeout=ACCEPTED_WITHIN) as driving,
         ):
             await lowering.result(timeout=GOAL_WITHIN)
             await driving.result(timeout=GOAL_WITHIN)
-        drained = before - (await self._battery.call(timeout=5.0)).battery.charge
+        drained = before - await self._read_charge()
         await self._expect(drained > 0.0, 'the battery was not drained on the way')
         return f'both reached, {1000 * drained:.0f} mAh drained'
 
@@ -166,6 +169,22 @@ class Demo:
         await self._base.call(to(0.0, 0.0), timeout=GOAL_WITHIN, attempts=10, pause=0.5)
         await self._arm.call(reach(LOWERED), timeout=GOAL_WITHIN, attempts=10, pause=0.5)
         return 'both aborted, both refused; released: both reached'
+
+    async def carry_out(self, name: str, step: Callable[[], Awaitable[str]]) -> str:
+        """Carry out one of the thirteen steps; if it fails, ask a person whether to do it again."""
+        while True:
+            try:
+                return await step()
+            except (CallError, StepLost) as error:
+                if not await self._m.approve(f'{name} failed: {error}: do it again?'):
+                    self._m.give_up(f'{name} failed: {error}')
+
+    async def _read_joint(self, name: str) -> GetJointState.Response:
+        return await self._joint.call(joint_name=name, timeout=READ_WITHIN, attempts=3)
+
+    async def _read_charge(self) -> float:
+        """Return the battery's charge, in Ah."""
+        return (await self._battery.call(timeout=READ_WITHIN, attempts=3)).battery.charge
 
     async def _aborted(self, sent: SentGoal[Any]) -> str:
         try:
@@ -225,7 +244,7 @@ async def thirteen(m: Steps) -> dict[str, str]:
         'open and close the left hand': demo.grip,
         'emergency stop': demo.emergency_stop,
     }
-    return {name: await step() for name, step in steps.items()}
+    return {name: await demo.carry_out(name, step) for name, step in steps.items()}
 
 
 def to(x: float, y: float, z: float = 0.0, *, allowed: float = 50.0) -> MoveToPosition.Goal:

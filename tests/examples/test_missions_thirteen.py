@@ -52,7 +52,7 @@ class World:
         for server, name in (
             (NavigationActionServer, '_begin'),
             (ArmActionServer, '_begin'),
-            (Controller, '_begin'),
+            (Controller, '_accept'),
         ):
             monkeypatch.setattr(server, name, self._counting(getattr(server, name)))
         self._graph: Graph | None = None
