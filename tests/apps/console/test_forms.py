@@ -328,7 +328,8 @@ def test_an_action_receives_what_was_filled_in_and_nothing_that_was_refused(
     confirm(page)
     other = {**SENT, 'few': [], 'pair': [{**SENT['pair'][0], 'label': 'left'}, SENT['pair'][1]]}
     assert heard(server, 'goal') == other
-    page.reload()
+    view(page, 'logs')
+    view(page, 'actions')
     page.click('tr[data-key="/assemble"]')
     page.wait_for_selector(input_of('small'))
     assert as_yaml(page) == other

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from helpers.console import DATA, PROGRAMS, Stage, picture
-from helpers.page import until
+from helpers.page import choose, confirm, row, until, view
 from helpers.patience import PATIENCE, wait_for
 from helpers.processes import Program
 
@@ -131,6 +131,32 @@ def test_a_console_that_hangs_is_told_and_the_late_answer_to_stop_is_shown(
     assert alice.output.count(ASKED) == 2, 'each press was done once'
 
 
+def test_a_browser_without_a_network_says_at_once_that_stop_failed(stage: Stage, open_page: OpenPage) -> None:
+    alice = robot(stage)
+    _, url = stage.console()
+    page = open_page(f'{url}?view=services&robot=/alice')
+    page.wait_for_selector('[data-estop]')
+    page.fill('[data-filter]', 'stop')
+    page.evaluate(STATES)
+    page.evaluate('() => { window.same = true; }')
+    page.context.set_offline(True)
+    try:
+        page.wait_for_selector('[data-lost]')
+        page.keyboard.press('Pause')
+        page.wait_for_selector('[data-stop-report=failed]:has-text("the console cannot be reached")')
+        assert seconds_until_failed(page) < 1
+    finally:
+        page.context.set_offline(False)
+    page.wait_for_selector('[data-lost]', state='hidden')
+    page.wait_for_selector('[data-stop-report=failed]')  # it stays
+    assert page.input_value('[data-filter]') == 'stop'
+    page.click('[data-estop]')
+    alice.expect(ASKED)
+    page.wait_for_selector('[data-stop-report=stopped]')
+    assert alice.output.count(ASKED) == 1, 'the press that failed is not done later'
+    assert page.evaluate('() => window.same')
+
+
 def test_a_press_goes_on_by_a_request_if_the_web_socket_is_lost(stage: Stage, open_page: OpenPage) -> None:
     alice = robot(stage)
     _, url = stage.console()
@@ -179,3 +205,110 @@ def test_a_report_outlives_a_reload_and_its_late_answer_too(stage: Stage, open_p
     page.reload()
     page.wait_for_selector('[data-banner=stopped]')
     assert page.locator('[data-stop-report]').count() == 0
+
+
+def again(page: Any, do: Callable[[], object]) -> None:
+    """Do what has the page loaded anew, and wait until it is."""
+    page.evaluate('() => { window.same = true; }')
+    do()
+    until(page, '() => window.same === undefined')
+
+
+def test_half_filled_forms_outlive_a_console_that_is_started_anew(stage: Stage, open_page: OpenPage) -> None:
+    stage.program(PROGRAMS / 'assembler.py').expect('ready')
+    console, url = stage.console()
+    page = open_page(f'{url}?view=services')
+    row(page, '/fill')
+    page.fill('[data-field=speed]', 'fast')  # it does not fit, and is kept all the same
+    choose(page, '[data-field=mode]', 'SLOW (2)')
+    page.click('[data-field=careful]')
+    page.click('[data-add=parts]')
+    page.wait_for_selector('[data-field="parts[0].label"]')
+    page.click('[data-add=parts]')
+    page.fill('[data-field="parts[1].label"]', 'second')
+    page.fill('[data-deadline]', '3')
+    console.kill()
+    page.wait_for_selector('[data-lost]')
+    picture(page, 'form-lost')
+    again(page, lambda: stage.console('--port', url.rstrip('/').rpartition(':')[2]))
+    page.wait_for_selector('.gw-title:text-is("/fill")')
+    until(page, """() => document.querySelector('[data-field="parts[1].label"]')?.value === 'second'""")
+    picture(page, 'form-kept')
+    assert page.input_value('[data-field=speed]') == 'fast'
+    assert page.input_value('[data-field=mode]') == 'SLOW (2)'
+    assert page.get_attribute('[data-field=careful]', 'aria-checked') == 'false'
+    assert float(page.input_value('[data-deadline]')) == 3
+    page.fill('[data-field=speed]', '0.25')
+    page.click('[data-call]')
+    text = page.inner_text('.q-dialog [data-confirm]')
+    for part in ('mode: 2', 'speed: 0.25', 'careful: false', 'label: second'):
+        assert part in text
+    page.click('.q-dialog >> text=Cancel')
+    page.wait_for_selector('.q-dialog', state='detached')
+
+    # As YAML, over a reload at once.
+    page.click('[data-toggle-yaml]')
+    page.wait_for_selector('[data-yaml]')
+    page.fill('[data-yaml]', 'speed: 0.5\nname: [unfinished')
+    again(page, page.reload)
+    page.wait_for_selector('[data-yaml]')
+    assert page.input_value('[data-yaml]') == 'speed: 0.5\nname: [unfinished'
+
+    # Whoever turns to something else has left it.
+    view(page, 'logs')
+    again(page, page.reload)
+    view(page, 'services')
+    page.wait_for_selector('text=Choose a service to call it.')
+
+
+def test_half_filled_goals_messages_and_parameters_outlive_a_reload(
+    stage: Stage, open_page: OpenPage
+) -> None:
+    stage.robot()
+    _, url = stage.console()
+    page = open_page(f'{url}?view=actions')
+    row(page, '/count')
+    page.fill('[data-field=order]', '7')
+    again(page, page.reload)
+    until(page, "() => document.querySelector('[data-field=order]')?.value === '7'")
+    page.click('[data-send-goal]')
+    page.wait_for_selector('.q-dialog:has-text("order: 7")')
+    page.click('.q-dialog >> text=Cancel')
+    page.wait_for_selector('.q-dialog', state='detached')
+    view(page, 'parameters')
+    row(page, '/robot')
+    page.fill('[data-parameter=speed]', '0.75')
+    again(page, page.reload)
+    until(page, "() => document.querySelector('[data-parameter=speed]')?.value === '0.75'")
+    page.click('[data-set=speed]')
+    page.wait_for_selector('.q-dialog:has-text("ros2 param set /robot speed 0.75")')
+    page.click('.q-dialog >> text=Cancel')
+    page.wait_for_selector('.q-dialog', state='detached')
+    view(page, 'topics')
+    row(page, '/load')
+    page.click('[data-open-publish]')
+    page.fill('[data-field=data]', '42')
+    again(page, page.reload)
+    until(page, "() => document.querySelector('[data-field=data]')?.value === '42'")
+
+
+def test_what_was_typed_into_a_dead_connection_arrives_after_it(stage: Stage, open_page: OpenPage) -> None:
+    stage.robot()
+    _, url = stage.console()
+    page = open_page(f'{url}?view=actions')
+    row(page, '/count')
+    page.fill('[data-field=order]', '5')
+    page.click('[data-send-goal]')
+    page.wait_for_selector('.q-dialog:has-text("order: 5")')
+    page.click('.q-dialog >> text=Cancel')
+    page.wait_for_selector('.q-dialog', state='detached')
+    page.evaluate('() => { window.same = true; socket.io.engine.transport.ws.send = () => {}; }')
+    page.fill('[data-field=order]', '8')
+    page.evaluate('() => socket.io.engine.close()')
+    page.wait_for_selector('[data-lost]')
+    page.wait_for_selector('[data-lost]', state='hidden')
+    page.click('[data-send-goal]')
+    page.wait_for_selector('.q-dialog:has-text("order: 8")')
+    confirm(page)
+    page.wait_for_selector('[data-goal] [data-status]')
+    assert page.evaluate('() => window.same')

@@ -17,6 +17,7 @@ from goalwire.apps.console.page.parts import (
 )
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View, duration
+from goalwire.apps.console.state.draft import Draft
 from goalwire.errors import GoalwireError, peer_text
 from goalwire.observe.clock import time_of_day
 from goalwire.observe.goals import Goal
@@ -65,7 +66,7 @@ class ActionsView(View):
                         {'name': 'active', 'label': 'Active', 'align': 'right', 'width': '64px'},
                     ],
                     empty='No action servers yet.',
-                    on_row=self._choose,
+                    on_row=self._turn_to,
                 )
             with ui.element('div').classes('gw-two').style('align-items: start'):
                 self._form_card = ui.element('div').classes('gw-card')
@@ -249,11 +250,16 @@ class ActionsView(View):
 
     # -- sending ---------------------------------------------------------------------------------------------
 
+    def _turn_to(self, name: str) -> None:
+        self.page.draft = None
+        self._choose(name)
+
     def _choose(self, name: str) -> None:
         type_name = self.session.goal_watch.served.get(name)
         if type_name is None:
             return
         self._table.choose(name)
+        self._form = None
         self._form_card.clear()
         with self._form_card:
             try:
@@ -265,6 +271,7 @@ class ActionsView(View):
                 ui.label(name).classes('gw-title gw-mono')
                 ui.label(type_name).classes('gw-chip')
             self._form = form = SendForm(self.page, target)
+            form.keep_draft(self.name)
             if form.sent:
                 form.fill(form.sent[-1].sending.values)
             with ui.element('div').classes('gw-actions'):
@@ -281,6 +288,15 @@ class ActionsView(View):
             with ui.element('div').classes('gw-group'):
                 ui.label('History').classes('gw-group-head')
                 form.history()
+
+    def resume(self, draft: Draft) -> bool:
+        if self._form is None or self._form.target.name != draft.name:
+            if draft.name not in self.session.goal_watch.served:
+                return False
+            self._choose(draft.name)
+        if self._form is not None:
+            self._form.restore(draft)
+        return True
 
     async def _send(self) -> None:
         form = self._form

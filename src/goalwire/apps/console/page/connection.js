@@ -9,10 +9,11 @@
   let silent_ms = 0; // counted in ticks, so that a computer that has slept does not count as silence
   let lost_ms = null;
   let has_begun = false;
+  let is_unreachable = false;
   let loads_anew = false;
 
   function show() {
-    const is_lost = loads_anew || popup.ariaHidden === "false" || silent_ms >= SILENT_MS;
+    const is_lost = loads_anew || is_unreachable || popup.ariaHidden === "false" || silent_ms >= SILENT_MS;
     if (is_lost === (lost_ms !== null)) return;
     lost_ms = is_lost ? Math.min(silent_ms, SILENT_MS) : null;
     if (is_lost) focused = document.activeElement;
@@ -35,6 +36,12 @@
   function hear() {
     has_begun = true;
     silent_ms = 0;
+    is_unreachable = false;
+    show();
+  }
+
+  async function doubt() { // the browser has lost its network; a console on this computer is still there
+    is_unreachable = !(await is_there());
     show();
   }
 
@@ -66,6 +73,8 @@
     };
     socket.io.reconnectionDelayMax(SLOWEST_RETRY_MS);
     socket.onAny(hear);
+    let connections = 0;
+    socket.on("connect", () => connections++ && goalwireDraft.tell());
   }
 
   let socket;
@@ -81,5 +90,6 @@
     app = document.getElementById("app");
     new MutationObserver(show).observe(popup, { attributes: true, attributeFilter: ["aria-hidden"] });
     setInterval(tick, TICK_MS);
+    addEventListener("offline", doubt);
   });
 })();

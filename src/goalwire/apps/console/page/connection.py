@@ -1,4 +1,4 @@
-"""The line that a page shows while it has no connection to the console, and the script that watches it."""
+"""The line that a page shows while it has no connection to the console, and the scripts that watch it."""
 
 from __future__ import annotations
 
@@ -8,14 +8,19 @@ from fastapi import FastAPI
 from fastapi.responses import Response
 from nicegui import ui
 
-_SCRIPT = Path(__file__).with_name('connection.js').read_text(encoding='utf-8')
+DRAFT_EVENT = 'goalwire-draft'
+"""The event by which a page tells what its form shows, after it was without a connection."""
+_SCRIPTS = ''.join(
+    f'<script>{Path(__file__).with_name(name).read_text(encoding="utf-8")}</script>\n'
+    for name in ('connection.js', 'drafts.js')
+)
 _LOST = f"""
 <div class="gw-lost" data-lost role="alert" hidden>
   <b>No connection to the console</b> <span data-lost-for aria-hidden="true"></span>
-  <div>What you see is old. STOP is still tried, and says within 1 s whether it failed. Trying again …</div>
+  <div>What you see is old. STOP is still tried, and says within 1 s whether it failed. What you have typed is
+  kept. Trying again …</div>
 </div>
-<script>{_SCRIPT}</script>
-"""
+{_SCRIPTS}"""
 
 
 def install_watch(application: FastAPI) -> None:

@@ -13,6 +13,10 @@ function is_stop_key(event) { // both type nothing, so they work in text fields,
   return event.code === "Pause" || (event.code === "Space" && event.ctrlKey && event.shiftKey);
 }
 
+function has_socket() {
+  return window.socket?.connected && !document.body.classList.contains("gw-is-lost");
+}
+
 function new_id() { // `crypto.randomUUID` is missing on pages without TLS
   return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
@@ -146,7 +150,7 @@ export default {
       else {
         if (!all && shown.stop === "gone") this.fail(shown.why);
         // The web socket would keep the press until it is back, which may be much later.
-        if (window.socket?.connected) this.$emit("stop", press);
+        if (has_socket()) this.$emit("stop", press);
         this.ask(press);
         this.timer = setTimeout(() => this.judge_late(press.press), CONFIRMED_MS);
       }
@@ -172,7 +176,7 @@ export default {
       }
     },
     cannot_ask(press, text) {
-      if (press.again || window.socket?.connected) return; // the web socket may still bring an answer
+      if (press.again || has_socket()) return; // the web socket may bring an answer within the second
       if (this.report?.press === press.press && this.report.state === "stopping") this.fail(text);
     },
     fail(text) {

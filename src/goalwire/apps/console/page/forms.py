@@ -8,14 +8,15 @@ from typing import Any
 
 from nicegui import ui
 
+from goalwire.apps.console.state.draft import Draft, apply_draft
 from goalwire.apps.console.state.form_model import (
     FormField,
     check,
+    choice_titles,
     complete,
-    list_text,
     new_item,
     parse_yaml,
-    time_text,
+    shown_text,
     to_yaml,
 )
 from goalwire.errors import FieldValueError
@@ -55,6 +56,21 @@ class Form:
         """Fill in other values; fields without one get their defaults."""
         self._values = complete(self._fields, values, self._defaults)
         self._build()
+
+    def restore(self, draft: Draft) -> None:
+        """Show again what was typed before the page was loaded anew, or before its connection was lost."""
+        is_yaml = draft.yaml is not None
+        has_changed = not is_yaml and apply_draft(draft, self._fields, self._values)
+        if has_changed or is_yaml != self._as_yaml:
+            self._as_yaml = is_yaml
+            self._build()
+        if self._text is not None:
+            self._text.value = draft.yaml
+
+    def name_draft(self, view: str, name: str) -> None:
+        """Have the browser keep what is typed, for the `view` with the form of `name`."""
+        self._box.props['data-draft'] = view
+        self._box.props['data-name'] = name
 
     def toggle_yaml(self) -> None:
         """Show the form as YAML, or as a form again. Raises FieldValueError if a value does not fit."""
@@ -112,7 +128,7 @@ class _Fields:
                     self._input(field, path)
 
     def _label(self, field: FormField) -> None:
-        default = _text_of(field, self._defaults.get(field.name))
+        default = shown_text(field, self._defaults.get(field.name))
         told = [field.type_text, _bounds(field) or field.hint, f'default {default}' if default else '']
         with ui.element('div').classes('gw-field-name'):
             ui.label(field.name + (f'  [{field.unit}]' if field.unit else ''))
@@ -179,16 +195,12 @@ class _Fields:
             switch.style('padding-top: 6px').props['aria-label'] = name
             return
         if field.choices:
-            options: dict[Any, str] = {}
-            for title, choice in field.choices:
-                options[choice] = f'{options[choice]}, {title}' if choice in options else title
-            options = {choice: f'{title} ({choice})' for choice, title in options.items()}
-            if value not in options:
-                options = {value: f'{value}', **options}
-            select = ui.select(options, value=value, on_change=take).props(f'outlined dense {mark}')
+            select = ui.select(choice_titles(field, value), value=value, on_change=take).props(
+                f'outlined dense {mark}'
+            )
             select.style('width: 100%').props['aria-label'] = name
             return
-        shown = _text_of(field, value)
+        shown = shown_text(field, value)
         make = ui.textarea if field.kind == 'text' and '\n' in shown else ui.input
         text = make(
             value=shown,
@@ -280,13 +292,3 @@ def _example(field: FormField) -> str:
     if field.base in {'string', 'wstring'}:
         return 'one, two'
     return 'true, false' if field.base == 'bool' else '1, 2'
-
-
-def _text_of(field: FormField, value: Any) -> str:
-    if isinstance(value, list):
-        return list_text(value)
-    if isinstance(value, Mapping):
-        return time_text(value) if field.kind == 'time' else ''
-    if value is None:
-        return ''
-    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,4 +1,4 @@
-"""What a browser has kept for the page: the theme, and the layout of the tab. All is asked at once."""
+"""What a browser has kept for the page: the theme, the layout and a draft. All is asked at once."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ _ANSWER_S = 5.0
 """How long the page waits for the browser's answer; then the page begins without it."""
 _THEME = 'goalwire-dark'
 _LAYOUT = 'goalwire-layout'
+_DRAFT = 'goalwire-draft'
 _QUESTION = f"""return [
   localStorage.getItem('{_THEME}') ?? String(matchMedia('(prefers-color-scheme: dark)').matches),
-  sessionStorage.getItem('{_LAYOUT}') ?? '']"""
+  sessionStorage.getItem('{_LAYOUT}') ?? '', sessionStorage.getItem('{_DRAFT}') ?? '']"""
 
 
 @record
@@ -27,6 +28,8 @@ class Kept:
     """True if the user wants a dark page, by an earlier choice or the system's setting."""
     layout: str = ''
     """The layout of this tab; '' if it has none."""
+    draft: str = ''
+    """What was typed in this tab before it was loaded anew; '' if there is nothing."""
 
 
 async def ask_for_kept(client: Client) -> Kept:
@@ -36,10 +39,10 @@ async def ask_for_kept(client: Client) -> Kept:
         answer: Any = await client.run_javascript(_QUESTION, timeout=_ANSWER_S)
     except TimeoutError:
         return Kept()
-    if not isinstance(answer, list) or len(answer) != 2:
+    if not isinstance(answer, list) or len(answer) != 3:
         return Kept()  # the page was closed, or something else than our script has answered
-    theme, layout = map(str, answer)
-    return Kept(theme == 'true', layout)
+    theme, layout, draft = map(str, answer)
+    return Kept(theme == 'true', layout, draft)
 
 
 def keep_dark(client: Client, *, dark: bool) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 
 from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.state.draft import Draft
 from goalwire.apps.console.state.form_model import in_one_line
 from goalwire.errors import FieldValueError, GoalwireError, RemoteError, peer_text
 from goalwire.observe.parameters import (
@@ -34,6 +35,8 @@ class ParametersView(View):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._chosen = ''
+        self._fields: dict[str, ui.switch | ui.input] = {}
+        """By the parameter's name: the fields of the chosen node that the visitor may change."""
 
     def build(self) -> None:
         with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
@@ -42,7 +45,7 @@ class ParametersView(View):
                 self._table = LiveTable(
                     [{'name': 'name', 'label': 'Node', 'mono': True, 'wrap': True}],
                     empty='No node with parameters yet.',
-                    on_row=self._choose,
+                    on_row=self._turn_to,
                 )
             self._detail = (
                 ui.element('div').classes('gw-card').style('overflow: auto').props('data-parameters')
@@ -64,6 +67,7 @@ class ParametersView(View):
 
     async def _choose(self, name: str) -> None:
         self._chosen = name
+        self._fields = {}
         self._table.choose(name)
         self._detail.clear()
         with self._detail:
@@ -89,8 +93,34 @@ class ParametersView(View):
                 )
             if problem:
                 ui.label(problem).classes('gw-problem')
-            for parameter in found:
-                self._row(name, parameter)
+            with ui.element('div') as rows:
+                rows.props['data-draft'], rows.props['data-name'] = self.name, name
+                for parameter in found:
+                    self._row(name, parameter)
+
+    def resume(self, draft: Draft) -> bool:
+        if draft.name == self._chosen:
+            self._restore(draft)
+        elif draft.name in nodes_with_parameters(self.node.graph.served()):
+            background_tasks.create(self._resume(draft))
+        else:
+            return False
+        return True
+
+    async def _resume(self, draft: Draft) -> None:
+        await self._choose(draft.name)
+        if self._chosen == draft.name:
+            self._restore(draft)
+
+    def _restore(self, draft: Draft) -> None:
+        for name, text in draft.fields.items():
+            field = self._fields.get(name)
+            if field is not None:
+                field.value = text == 'true' if isinstance(field, ui.switch) else text
+
+    async def _turn_to(self, name: str) -> None:
+        self.page.draft = None
+        await self._choose(name)
 
     def _row(self, node: str, parameter: RemoteParameter) -> None:
         with ui.element('div').classes('gw-field'):
@@ -105,12 +135,13 @@ class ParametersView(View):
     def _editor(self, node: str, parameter: RemoteParameter) -> None:
         reason = self.rights.why_not(Verb.SET, node)
         locked = parameter.read_only or parameter.number == 0 or bool(reason)
-        field: Any
+        field: ui.switch | ui.input
         if parameter.number == 1:
             field = ui.switch(value=bool(parameter.value)).props('dense')
         else:
             field = ui.input(value=_text(parameter)).props('outlined dense').style('flex: 1')
         field.props['data-parameter'] = parameter.name
+        field.props['data-was'] = str(field.value).lower() if parameter.number == 1 else field.value
         if locked:
             field.disable()
             kind = ui.label('read-only' if parameter.read_only else parameter.kind).classes('gw-chip')
@@ -118,6 +149,7 @@ class ParametersView(View):
                 kind.tooltip(reason)
                 kind.props['data-why'] = reason
             return
+        self._fields[parameter.name] = field
         ui.label(parameter.kind).classes('gw-chip')
 
         async def put() -> None:

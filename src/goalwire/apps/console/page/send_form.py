@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -17,6 +18,7 @@ from goalwire.observe.clock import time_of_day
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import Page
+    from goalwire.apps.console.state.draft import Draft
     from goalwire.apps.console.state.sending import Sent, Target
 
 
@@ -35,6 +37,18 @@ class SendForm:
         self._attempts: ui.number | None = None
         self._history: LiveTable | None = None
         self._used: Callable[[Sent], None] | None = None
+
+    def keep_draft(self, view: str) -> None:
+        """Keep what is typed over a reload of the page; `view` is the name of the view with the form."""
+        self._form.name_draft(view, self.target.name)
+
+    def restore(self, draft: Draft) -> None:
+        """Show again what was typed before the page was loaded anew, or before its connection was lost."""
+        self._form.restore(draft)
+        for field, text in ((self._deadline, draft.deadline), (self._attempts, draft.attempts)):
+            if field is not None:
+                with suppress(ValueError):
+                    field.value = float(text) if text else None
 
     # -- the form's buttons ----------------------------------------------------------------------------------
 

@@ -12,6 +12,7 @@ from goalwire.apps.console.page.charts import histogram_options
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View, duration
+from goalwire.apps.console.state.draft import Draft
 from goalwire.apps.console.state.form_model import in_one_line
 from goalwire.apps.console.state.sending import Sent
 from goalwire.apps.console.state.topics import Reading
@@ -63,7 +64,7 @@ class ServicesView(View):
                         {'name': 'type', 'label': 'Type', 'wrap': True},
                     ],
                     empty='No services yet.',
-                    on_row=self._choose,
+                    on_row=self._turn_to,
                 )
             self._detail = ui.element('div').classes('gw-stack').style('overflow: auto')
             with self._detail, ui.element('div').classes('gw-card'):
@@ -104,6 +105,10 @@ class ServicesView(View):
 
     # -- one service -----------------------------------------------------------------------------------------
 
+    def _turn_to(self, name: str) -> None:
+        self.page.draft = None
+        self._choose(name)
+
     def _choose(self, name: str) -> None:
         types = dict(self.node.graph.services()).get(name)
         if not types:
@@ -124,6 +129,7 @@ class ServicesView(View):
                     ui.label(name).classes('gw-title gw-mono')
                     ui.label(target.type_name).classes('gw-chip')
                 self._form = SendForm(self.page, target)
+                self._form.keep_draft(self.name)
                 self._buttons(self._form)
             self._answer_card = ui.element('div').classes('gw-card').props('data-answer')
             with ui.element('div').classes('gw-two'):
@@ -138,6 +144,15 @@ class ServicesView(View):
             self._build_events()
         self._show(self._form.sent[-1] if self._form.sent else None)
         self._refresh_events()
+
+    def resume(self, draft: Draft) -> bool:
+        if self._form is None or self._form.target.name != draft.name:
+            if draft.name not in dict(self.node.graph.services()):
+                return False
+            self._choose(draft.name)
+        if self._form is not None:
+            self._form.restore(draft)
+        return True
 
     def _build_events(self) -> None:
         with ui.element('div').classes('gw-card flush').props('data-events') as self._event_card:

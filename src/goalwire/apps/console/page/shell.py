@@ -14,7 +14,7 @@ from nicegui import Client, background_tasks, ui
 from goalwire.apps.console.entry import SIGN_OUT
 from goalwire.apps.console.page import site
 from goalwire.apps.console.page.actions_view import ActionsView
-from goalwire.apps.console.page.connection import install_watch, watch_connection
+from goalwire.apps.console.page.connection import DRAFT_EVENT, install_watch, watch_connection
 from goalwire.apps.console.page.emergency_bar import EmergencyBar
 from goalwire.apps.console.page.graph_view import GraphViewPage
 from goalwire.apps.console.page.kept import ask_for_kept, keep_dark
@@ -31,6 +31,7 @@ from goalwire.apps.console.page.stop_requests import install_stop
 from goalwire.apps.console.page.theme import set_colours
 from goalwire.apps.console.page.topics_view import TopicsView
 from goalwire.apps.console.page.view import Page, RefusedView, View
+from goalwire.apps.console.state.draft import read_draft
 from goalwire.apps.console.state.session import Session
 
 VIEWS: tuple[type[View], ...] = (
@@ -92,6 +93,7 @@ class Shell:
             self._main = ui.element('main').classes('gw-main')
         self._emergency = EmergencyBar(page)
         page.header = self._refresh_bar
+        ui.on(DRAFT_EVENT, self._take_draft)
         page.client.on_delete(page.close)
         page.cancel_goals_after(site.RECONNECT_S)
         names = {kind.name for kind in self._views}
@@ -105,6 +107,7 @@ class Shell:
             self._set_dark(kept.is_dark)
             if kept.layout:
                 self._take_layout(kept.layout)
+            page.draft = read_draft(kept.draft)
         await page.pace()
 
     def _take_layout(self, text: str) -> None:
@@ -114,6 +117,11 @@ class Shell:
             self._page.layout.take(text)
             self._page.layout.view = view  # the address names the view
             self._show_layout()
+
+    def _take_draft(self, event: Any) -> None:
+        """Take what the form shows after a lost connection: what was typed last may not have arrived."""
+        self._page.draft = read_draft(str(event.args))
+        self._page.resume_draft()  # before the click on Send that may follow
 
     def _show_layout(self) -> None:
         """Show the page anew, as its layout says."""
@@ -238,8 +246,12 @@ class Shell:
         with ui.element('button').classes('gw-tab').props(f'data-view={kind.name} type=button') as tab:
             ui.icon(kind.icon)
             ui.label(kind.title)
-        tab.on('click', lambda: self._show(kind.name))
+        tab.on('click', lambda: self._turn_to(kind.name))
         self._tabs[kind.name] = tab
+
+    def _turn_to(self, name: str) -> None:
+        self._page.draft = None  # the user has turned to something else
+        self._show(name)
 
     def _show(self, name: str) -> None:
         if name == self._view:

@@ -10,8 +10,9 @@ from nicegui import ui
 from goalwire.apps.console.page.charts import PALETTE, background, plot_line, plot_options
 from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, forbid, head
-from goalwire.apps.console.page.send_form import SendForm
+from goalwire.apps.console.page.publish_form import PublishForm
 from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.state.draft import Draft
 from goalwire.apps.console.state.series import Series, as_csv, numbers_in
 from goalwire.apps.console.state.topics import Reading
 from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError, peer_text
@@ -55,7 +56,7 @@ class TopicsView(View):
         self._span = page.layout.plot_span if page.layout.plot_span in _SPANS else 30
         self._awaited = [(topic, path) for topic, path in page.layout.plots]
         """The plots of the layout whose topics are not there yet."""
-        self._form: SendForm | None = None
+        self._publishing: PublishForm | None = None
 
     def build(self) -> None:
         self.session.topics.start_measuring()
@@ -73,7 +74,7 @@ class TopicsView(View):
                         {'name': 'rate', 'label': 'Rate', 'align': 'right', 'width': '84px'},
                     ],
                     empty='No topics yet.',
-                    on_row=self._choose,
+                    on_row=self._turn_to,
                 )
             with (
                 ui.element('div').classes('gw-card').style('max-height: 47vh; overflow: auto') as self._detail
@@ -141,6 +142,10 @@ class TopicsView(View):
 
     # -- one topic -------------------------------------------------------------------------------------------
 
+    def _turn_to(self, name: str) -> None:
+        self.page.draft = None
+        self._choose(name)
+
     def _choose(self, name: str) -> None:
         types = dict(self.node.graph.topics()).get(name)
         if not types:
@@ -168,7 +173,7 @@ class TopicsView(View):
             self._picture = ui.image().classes('gw-picture').props('no-spinner no-transition fit=contain')
             self._picture.set_visibility(self._type in {IMAGE, COMPRESSED})
             self._tree = ValueTree(empty='No message has come yet.', on_plot=self._plot)
-            self._form_box = ui.element('div').classes('gw-stack')
+            self._publishing = PublishForm(self.page, name, self._type)
             try:
                 self.rights.check_to_look('topic', name)
                 self._reading = self.session.topics.read(name, self._type)
@@ -176,6 +181,10 @@ class TopicsView(View):
                 ui.label(peer_text(error, 400)).classes('gw-problem')
         self._shown_at = 0.0
         self.page.refresh_soon()
+
+    def _open_form(self) -> None:
+        if self._publishing is not None:
+            self._publishing.open()
 
     def _put_message(self, reading: Reading) -> None:
         reader = reading.reader
@@ -191,30 +200,13 @@ class TopicsView(View):
             except RemoteError as error:
                 self._info.set_text(str(error))
 
-    # -- publishing ------------------------------------------------------------------------------------------
-
-    def _open_form(self) -> None:
-        self._form_box.clear()
-        try:
-            target = self.session.sender.target('topic', self._topic, self._type)
-        except GoalwireError as error:
-            self.page.tell(peer_text(error), 'negative')
-            return
-        with self._form_box:
-            self._form = form = SendForm(self.page, target)
-            with ui.element('div').classes('gw-actions'):
-                form.send_button('Publish', 'data-publish', self._publish)
-                form.yaml_button()
-                form.copy_buttons()
-
-    async def _publish(self) -> None:
-        form = self._form
-        sending = None if form is None else await form.confirm('Publish this message?', 'Publish')
-        if form is None or sending is None:
-            return
-        sent = await self.page.attempt(self.session.sender.publish_once(form.target, sending, self.rights))
-        if sent is not None:
-            self.page.tell(sent.problem or 'Published', 'warning' if sent.problem else 'positive')
+    def resume(self, draft: Draft) -> bool:
+        if self._topic != draft.name:
+            self._choose(draft.name)
+        if self._topic != draft.name or self._publishing is None:
+            return False
+        self._publishing.restore(draft)
+        return True
 
     # -- the plot --------------------------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from nicegui import Client, background_tasks, ui
 
 from goalwire.apps.console.entry import PRINCIPAL
 from goalwire.apps.console.page.pacing import Pacer
+from goalwire.apps.console.state.draft import Draft
 from goalwire.apps.console.state.layout import Layout
 from goalwire.apps.console.state.series import Series
 from goalwire.errors import FieldValueError, GoalwireError, peer_text
@@ -50,6 +51,13 @@ class View:
     def set_dark(self, dark: bool) -> None:
         """Choose dark or light colours for elements that do not follow the page's theme."""
 
+    def resume(self, draft: Draft) -> bool:  # noqa: ARG002 - views with a form look at the draft
+        """Show what was typed into this view's form before the page was loaded anew, or its connection lost.
+
+        Returns False if the form cannot be shown yet, because its target is not there.
+        """
+        return True
+
     def why_not_shown(self) -> str:
         """Return why the visitor may not see this view; '' if the visitor may."""
         return ''
@@ -84,6 +92,8 @@ class Page:
         self.is_dark = False
         self.layout = Layout()
         """What the visitor has arranged. A view begins with it, and writes its changes there."""
+        self.draft: Draft | None = None
+        """What was typed and is not shown again yet."""
         self.plotted: dict[tuple[str, str], Series] = {}
         """By topic and path: the numbers that were plotted, which other views leave as they were."""
         self.view: View | None = None
@@ -135,11 +145,18 @@ class Page:
             self.header()
             if view is not None:
                 view.refresh()
+                self.resume_draft()
         except GoalwireError as error:
             self.session.node.logger.warning(
                 f'a page of the console cannot be refreshed: {peer_text(error)}', throttle_duration_sec=5.0
             )
         return view.period if view is not None else 0.5
+
+    def resume_draft(self) -> None:
+        """Show what was typed and is not shown again yet, if it belongs to this view and can be shown."""
+        draft, view = self.draft, self.view
+        if draft is not None and view is not None and draft.view == view.name and view.resume(draft):
+            self.draft = None
 
     def refresh_soon(self) -> None:
         """Refresh the view at once."""

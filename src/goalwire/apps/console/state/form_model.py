@@ -385,6 +385,26 @@ def time_text(value: Mapping[str, Any]) -> str:
     return f'{value.get("sec", 0)}' + (f'.{nanoseconds}' if nanoseconds else '')
 
 
+def shown_text(field: FormField, value: Any) -> str:
+    """Return the text that a field of text shows for a value."""
+    if isinstance(value, list):
+        return list_text(value)
+    if isinstance(value, Mapping):
+        return time_text(value) if field.kind == 'time' else ''
+    if value is None:
+        return ''
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def choice_titles(field: FormField, value: Any) -> dict[Any, str]:
+    """Return the titles of a field's choices; `value` is one of them, too."""
+    titles: dict[Any, str] = {}
+    for title, choice in field.choices:
+        titles[choice] = f'{titles[choice]}, {title}' if choice in titles else title
+    titles = {choice: f'{title} ({choice})' for choice, title in titles.items()}
+    return titles if value in titles else {value: f'{value}', **titles}
+
+
 def parse_yaml(text: str) -> dict[str, Any]:
     """Read the values of a form from YAML or JSON. Raises FieldValueError."""
     value = read_yaml(text)
