@@ -1,0 +1,115 @@
+"""A simulated fleet: python -m benchmarks.fleet [--robots 1,10,100] [--sites 1] [--slow] [--kill site-0].
+
+Robots with the humanoid's names, each with a session and a certificate of its own, some in a process, dial
+the routers of their sites. These dial a cloud, and an operator comes to the cloud, all with mutual TLS and
+the rules of `goalwire fleet init`. With --slow each robot's and each site's link is a relay: 100 ms late,
+10 Mbit/s, with a stall of up to 5 s about each minute. Printed for each number of robots: the time until all
+are up; what the operator's session is sent and the time until it knows one robot, with `robots=` and without;
+what one robot's session is sent; memory and processor time of the routers at rest. At last goals are sent to
+all robots, once for each router in --kill, and that router is killed (kill -9) and started again while all
+drive: how they ended, and how often each was run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from benchmarks.fleet.layout import Layout, ask_robot, cpu_s, last_line, memory_mb
+from benchmarks.fleet.programs import OPERATOR, SENDER
+
+REST_S = 10.0
+DRIVE_S = 20.0
+SLOW = ('--delay-ms', '100', '--mbit', '10', '--stall-every', '60')
+
+
+@contextmanager
+def standing(robots: int, chosen: argparse.Namespace) -> Iterator[tuple[Layout, list[subprocess.Popen[str]]]]:
+    """Bring a fleet up, say what that took, and end it after the block."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        links = SLOW if chosen.slow else ()
+        layout = Layout(folder, robots, chosen.sites, chosen.per_process, links, stack)
+        layout.begin_routers()
+        started = time.monotonic()
+        programs = layout.serve()
+        routers = ', '.join(f'{cpu_s(each):.1f} s of {name}' for name, each in layout.running.items())
+        print(
+            f'{robots} robots, up after {time.monotonic() - started:.1f} s; processor time: {routers}, '
+            f'{sum(map(cpu_s, programs)):.1f} s of the robots',
+            flush=True,
+        )
+        yield layout, programs
+
+
+def measure_attaching(layout: Layout) -> None:
+    """Print how soon an operator knows one robot."""
+    for title, pattern in (('robots=r0', ['r0']), ('everything', [])):
+        took, seen, cpu = last_line(layout.operate(OPERATOR, *pattern))
+        print(
+            f'  operator, {title}: {took:.3f} s to know r0, {seen} declarations, {cpu:.2f} s of CPU',
+            flush=True,
+        )
+
+
+def measure_rest(layout: Layout, programs: list[subprocess.Popen[str]]) -> None:
+    """Print what routers and a robot take while nothing happens."""
+    watched = {**layout.running, 'a robot': programs[0]}
+    before = {name: cpu_s(each) for name, each in watched.items()}
+    time.sleep(REST_S)
+    share = {name: 100 * (cpu_s(each) - before[name]) / REST_S for name, each in watched.items()}
+    for name, each in layout.running.items():
+        print(f'  {name}: {memory_mb(each):.1f} MB, {share[name]:.1f} % of a core at rest')
+    here = min(layout.robots, layout.per_process)
+    print(
+        f'  a robot: {ask_robot(programs[0])} tokens of others, {memory_mb(programs[0]) / here:.1f} MB, '
+        f'{share["a robot"] / here:.2f} % of a core at rest',
+        flush=True,
+    )
+
+
+def drive_through_a_death(layout: Layout, victim: str) -> None:
+    """Send a goal to each robot, kill a router while all drive, and print how the goals ended."""
+    known = layout.runs()
+    sender = layout.operate(SENDER, str(layout.robots), str(int(10 * DRIVE_S)), begins='sends')
+    ordered = cpu_s(sender), time.monotonic()
+    while sender.poll() is None and (layout.runs() - known).total() < layout.robots:
+        time.sleep(0.1)
+    print(
+        f'  all robots drive {time.monotonic() - ordered[1]:.1f} s after the order, '
+        f'{cpu_s(sender) - ordered[0]:.1f} s of which are processor time of the sender',
+        flush=True,
+    )
+    layout.kill_router(victim)
+    time.sleep(1.0)
+    layout.begin_router(victim)
+    ends = last_line(sender)
+    times = dict(Counter((layout.runs() - known).values()))
+    print(f'  goals through the death of {victim}: {ends}; goals by how often they ran: {times}', flush=True)
+
+
+def main() -> None:
+    """Measure fleets of some sizes."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--robots', default='1,10,100', help='numbers of robots')
+    parser.add_argument('--sites', type=int, default=1)
+    parser.add_argument('--per-process', type=int, default=25, help='robots in one process')
+    parser.add_argument('--slow', action='store_true', help='links of 100 ms and 10 Mbit/s that stall')
+    parser.add_argument('--kill', default='site-0', help='the routers that die, such as cloud,site-0')
+    chosen = parser.parse_args()
+    for number in map(int, chosen.robots.split(',')):
+        with standing(number, chosen) as (layout, programs):
+            measure_attaching(layout)
+            measure_rest(layout, programs)
+            for victim in chosen.kill.split(','):
+                drive_through_a_death(layout, victim)
+
+
+if __name__ == '__main__':
+    main()
