@@ -312,3 +312,22 @@ def test_what_was_typed_into_a_dead_connection_arrives_after_it(stage: Stage, op
     confirm(page)
     page.wait_for_selector('[data-goal] [data-status]')
     assert page.evaluate('() => window.same')
+
+
+def test_a_goal_from_the_floor_is_sent_as_it_is_shown(stage: Stage, open_page: OpenPage) -> None:
+    alice = robot(stage)
+    _, url = stage.console()
+    page = open_page(f'{url}?view=robot&robot=/alice')
+    until(page, '() => window.goalwireScene?.poses?.().base_link !== undefined')
+    page.wait_for_selector('[data-way]:visible')
+    box = page.locator('.gw-scene canvas').bounding_box()
+    page.mouse.click(box['x'] + box['width'] / 2, box['y'] + box['height'] * 0.8)
+    page.click('.q-dialog >> text=The goal in full')
+    page.wait_for_selector('.q-dialog [data-field=x]:visible')
+    page.evaluate('() => { socket.io.engine.transport.ws.send = () => {}; }')
+    page.fill('.q-dialog [data-field=x]', '8.5')
+    page.evaluate('() => socket.io.engine.close()')
+    page.wait_for_selector('[data-lost]')
+    page.wait_for_selector('[data-lost]', state='hidden')
+    confirm(page)
+    alice.expect('robot: goes to 8.5')

@@ -11,7 +11,7 @@
   }
 
   function collect() {
-    const form = document.querySelector(".gw-main [data-draft]");
+    const form = document.querySelector(".q-dialog [data-draft]") ?? document.querySelector(".gw-main [data-draft]");
     if (!form) return null;
     const fields = {};
     for (const each of form.querySelectorAll("[data-field], [data-parameter]"))

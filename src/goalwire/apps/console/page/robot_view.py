@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,8 +26,10 @@ from goalwire.apps.console.state.series import put_sign
 from goalwire.errors import GoalwireError, UnknownInterfaceError
 
 if TYPE_CHECKING:
+    from goalwire.apps.console.state.draft import Draft
     from goalwire.apps.console.state.robot_model import RobotModel
     from goalwire.apps.console.state.robot_watch import RobotWatch
+    from goalwire.apps.console.state.sending import Sent, Target
     from goalwire.observe.goals import Goal
 
 _THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
@@ -70,6 +73,8 @@ class RobotView(View):
         self._mesh_problem = ''
         self._names: list[str] = []
         self._place: tuple[float, float, float] | None = None
+        self._offered: SendForm | None = None
+        """The form of the goal that the user is asked about; None if there is no question."""
         self._sent: object = None
         self._seen: object = None
         self._targets: dict[str, NavigationTarget] = {}
@@ -312,19 +317,14 @@ class RobotView(View):
     async def _offer(self, way: NavigationTarget, frame: str, place: tuple[float, float, float]) -> None:
         """Show the goal, which the user may change, and send it after the user has confirmed it."""
         target = self.session.sender.target('action', way.action, way.type_name)
-        values = dict(target.defaults)
-        for name in _TIMES:
-            if values.get(name) == 0.0:
-                values[name] = _PATIENCE_S
-        history = self.session.sender.history.get(('action', way.action))
-        if history:
-            values |= history[-1].sending.values
-        values = place_values(way, values, frame, *place)
+        history = self.session.sender.history.get(('action', way.action), ())
+        values = place_values(way, _first_values(target, history), frame, *place)
         with self.page.client, ui.dialog() as dialog, ui.card().classes('gw-confirm'):
             ui.label(f'Send {self._whom()} to x {place[0]:.2f} m, y {place[1]:.2f} m?').classes('gw-title')
             ui.label(f'{way.action}, in {frame}').classes('gw-dim gw-mono')
             with ui.expansion('The goal in full').props('dense').style('width: 100%'):
-                form = SendForm(self.page, target, values)
+                self._offered = form = SendForm(self.page, target, values)
+                form.keep_draft(self.name)
             with ui.element('div').classes('gw-actions').style('width: 100%'):
                 form.copy_buttons()
                 ui.element('div').classes('gw-spread')
@@ -335,12 +335,18 @@ class RobotView(View):
                     )
         with self.page.client:
             answer = await dialog
+        self._offered = None
         sending = form.sending() if answer else None
         dialog.delete()
         if sending is not None:
             goal = await self.page.attempt(self.session.sender.send_goal(target, sending, self.rights))
             if goal is not None and goal.problem:
                 self.page.tell(goal.problem, 'negative')
+
+    def resume(self, draft: Draft) -> bool:
+        if self._offered is not None and self._offered.target.name == draft.name:
+            self._offered.restore(draft)
+        return True  # without its question, the draft of a goal belongs to no place on the floor
 
     def close(self) -> None:
         self._balance.close()
@@ -377,6 +383,17 @@ def _build_camera_buttons(page: Page, scene: RobotScene) -> None:
         ).classes('gw-float').tooltip(f'View: {way}')
     follow = ui.checkbox('Follow', value=page.layout.follows, on_change=set_follow)
     follow.props('dense size=sm data-follow').classes('gw-float')
+
+
+def _first_values(target: Target, history: Sequence[Sent]) -> dict[str, Any]:
+    """Return the values with which the form of a goal begins: those of the latest goal, if there is one."""
+    values = dict(target.defaults)
+    for name in _TIMES:
+        if values.get(name) == 0.0:
+            values[name] = _PATIENCE_S
+    if history:
+        values |= history[-1].sending.values
+    return values
 
 
 def _mark_of(goal: Goal, place: tuple[float, float, float]) -> dict[str, Any]:
