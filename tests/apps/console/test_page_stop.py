@@ -187,9 +187,14 @@ def test_a_killed_server_takes_stop_away_and_no_other_robot_takes_its_place(own_
 
 def test_a_console_that_does_not_answer_stops_nothing_and_says_so(own_world: World) -> None:
     page = own_world.page
+    open_floor(page)
     own_world.console.kill()
     page.wait_for_selector('[data-lost]')
-    until(page, ON_TOP, '[data-estop]')
+    for width, height in WIDTHS:
+        page.set_viewport_size({'width': width, 'height': height})
+        for above in ('[data-estop]', '[data-estop-all]', '[data-lost]'):
+            until(page, ON_TOP, above)
+        picture(page, f'stop-lost-{width}')
     page.keyboard.press('Pause')
     page.wait_for_selector('[data-stop-report=failed]:has-text("the console cannot be reached")')
     picture(page, 'stop-console-gone')
