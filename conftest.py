@@ -17,7 +17,7 @@ from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
 from goalwire import logging, reports
-from goalwire.execution.wakeup_pipe import wakeup_pipe
+from goalwire.execution.signal_pipe import signal_pipe
 from goalwire.logging import LogRecord
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
@@ -40,7 +40,7 @@ if hasattr(signal, 'SIGHUP') and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 def nothing_left_behind() -> Iterator[None]:
     """Fail a test that leaves a thread, an executor, a session, a file or a network socket behind."""
     claim_slot()
-    wakeup_pipe()  # which stays open as long as the process
+    signal_pipe()  # which stays open as long as the process
     before = Inventory()
     yield
     assert _running_executors() == [], 'executors that still count as running on this thread'

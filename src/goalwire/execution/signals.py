@@ -6,7 +6,7 @@ is Python's own, which raises KeyboardInterrupt. The handler takes no lock: it m
 anywhere. A handler that the program installs later replaces ours: it runs at once, and nothing of ours ends.
 
 Python runs handlers only in the main thread and only between two bytecode instructions. So a listener thread
-reads the numbers of all signals that come (wakeup_pipe.py) and helps:
+reads the numbers of all signals that come (signal_pipe.py) and helps:
 
 - If the main thread waits in the wire's library, the listener ends that wait.
 - If the main thread has run no handler for a while, it may have begun a call of the system just before the
@@ -35,8 +35,8 @@ from goalwire.concurrency.threads import join_begun
 from goalwire.errors import InvalidHandle
 from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.monotonic import STEADY
+from goalwire.execution.signal_pipe import is_pipe_open, signal_pipe
 from goalwire.execution.waiting import LISTENING, WeakListeners
-from goalwire.execution.wakeup_pipe import is_pipe_open, wakeup_pipe
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -75,7 +75,7 @@ class SignalListener:
         """
         self._is_ours = is_ours
         self._end_unless = end_unless
-        self._pipe = wakeup_pipe()
+        self._pipe = signal_pipe()
         self._unanswered: set[int] = set()
         """The handled signals for which the main thread is not known to have run a handler yet."""
         self._heard_ns = self._noticed_ns = 0

@@ -32,7 +32,7 @@ def identity_of(fd: int) -> Identity | None:
     return status.st_dev, status.st_ino
 
 
-class WakeupPipe:
+class SignalPipe:
     """The pipe, and the descriptor that was installed before it. Only the main thread uses it, unless a
     method's docstring says otherwise.
     """
@@ -149,13 +149,13 @@ def _restore(owner: int) -> bool:
     return True
 
 
-_pipes: list[WakeupPipe] = []
+_pipes: list[SignalPipe] = []
 
 
-def wakeup_pipe() -> WakeupPipe:
+def signal_pipe() -> SignalPipe:
     """Return the pipe of this process, which the first call opens."""
     if not _pipes:
-        _pipes.append(WakeupPipe())
+        _pipes.append(SignalPipe())
     return _pipes[0]
 
 
