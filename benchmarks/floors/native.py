@@ -20,7 +20,7 @@ from helpers.isolation import free_port
 
 from benchmarks import spinning, stage
 from benchmarks.line import Figures
-from goalwire.transport.zenoh.native import NativeWire
+from goalwire.transport.zenoh.native_wire import NativeWire
 from goalwire.transport.zenoh.wire import Message, OnAnswer
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query

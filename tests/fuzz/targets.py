@@ -53,7 +53,7 @@ from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.dds.settings.cyclone import read_cyclone
 from goalwire.transport.dds.settings.fast_dds import read_fast_dds
 from goalwire.transport.zenoh import attachment, tokens
-from goalwire.transport.zenoh.native import HistoryPublisher
+from goalwire.transport.zenoh.native_wire import HistoryPublisher
 from goalwire.transport.zenoh.settings.json5 import Json5Error
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
 from goalwire.transport.zenoh.settings.plan import local_port

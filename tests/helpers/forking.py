@@ -27,7 +27,7 @@ _OPENED = (
     'goalwire.idl.descriptions', 'goalwire.logging.log_file', 'goalwire.transport.dds.native.session',
     'goalwire.transport.dds.session', 'goalwire.transport.dds.settings.session',
     'goalwire.transport.zenoh.context', 'goalwire.transport.zenoh.embedded_router',
-    'goalwire.transport.zenoh.native', 'goalwire.transport.zenoh.rendezvous',
+    'goalwire.transport.zenoh.native_wire', 'goalwire.transport.zenoh.rendezvous',
     'goalwire.transport.zenoh.session', 'goalwire.zenoh.io.native_session',
     'goalwire.zenoh.io.shared_memory.session_memory', 'goalwire.zenoh.protocol.router_protocol',
     'service_msgs.msg', 'unique_identifier_msgs.msg',

@@ -22,7 +22,7 @@ from goalwire.records import replace
 from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
-from goalwire.transport.zenoh.native import NativeWire
+from goalwire.transport.zenoh.native_wire import NativeWire
 from goalwire.transport.zenoh.router import router
 from goalwire.transport.zenoh.session_security import SessionSecurity
 from goalwire.zenoh.io.endpoints import TlsFiles

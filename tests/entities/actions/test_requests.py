@@ -40,7 +40,7 @@ from goalwire.rules.goals.ids import GoalId
 from goalwire.rules.goals.table import GoalStatus
 from goalwire.rules.goals.wire import encode_acceptance
 from goalwire.transport.contract import Request, Sample
-from goalwire.transport.zenoh import eclipse
+from goalwire.transport.zenoh import eclipse_wire
 
 FIBONACCI = action_support(Fibonacci)
 HELD_S = 0.15
@@ -115,7 +115,7 @@ def client(
     arm: Arm, make_node: Callable[[str], NodeCore], monkeypatch: pytest.MonkeyPatch
 ) -> ActionClientCore:
     """Its goals have a time of their own; its results have none, but typed errors."""
-    monkeypatch.setattr(eclipse, 'UNTIMED_S', HELD_S)
+    monkeypatch.setattr(eclipse_wire, 'UNTIMED_S', HELD_S)
     monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', f'queries_default_timeout={int(HELD_S * 1000)}')
     made = ActionClientCore(make_node('hand'), FIBONACCI, 'fib', ReentrantCallbackGroup())
     made.call_timeout = PATIENCE

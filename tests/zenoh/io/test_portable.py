@@ -20,7 +20,7 @@ reload(selectors)
 
 def tell():
     pollers = sys.modules.get('goalwire.concurrency.poller')
-    if pollers is not None and 'goalwire.transport.zenoh.eclipse' not in sys.modules:
+    if pollers is not None and 'goalwire.transport.zenoh.eclipse_wire' not in sys.modules:
         print('waited with', selectors.DefaultSelector.__name__, pollers.IS_PORTABLE)
 
 atexit.register(tell)

@@ -54,7 +54,7 @@ def _open_eclipse(port: int, config: Configuration, why: str) -> OpenRouter:
     try:
         import zenoh
 
-        from goalwire.transport.zenoh import library
+        from goalwire.transport.zenoh import eclipse_library
     except ImportError as error:
         if error.name != 'zenoh':
             raise
@@ -63,10 +63,10 @@ def _open_eclipse(port: int, config: Configuration, why: str) -> OpenRouter:
             f'installed: run {environment.INSTALL_ECLIPSE}, or set GOALWIRE_ROUTER=off and start a router'
         ) from None
     try:
-        return library.open_zenoh(config)
+        return eclipse_library.open_zenoh(config)
     except zenoh.ZError as error:
         if PORT_IS_TAKEN in str(error):
             raise AddressTakenError(f'port {port} is taken') from None
         raise TransportError(
-            f'the rendezvous on port {port} cannot be offered: {library.reason(error)}; {_CHECK}'
+            f'the rendezvous on port {port} cannot be offered: {eclipse_library.reason(error)}; {_CHECK}'
         ) from None

@@ -9,7 +9,7 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.security.environment import Chosen
-from goalwire.transport.zenoh import library
+from goalwire.transport.zenoh import eclipse_library
 from goalwire.transport.zenoh.embedded_router import PORT_IS_TAKEN
 from goalwire.transport.zenoh.rendezvous import name_of_holder
 from goalwire.transport.zenoh.settings.plan import router_config
@@ -30,14 +30,14 @@ def router(
     rules = None if identity is None else rules_of(identity)
     settings = router_config(port, listen, connect, identity, rules)
     try:
-        opened = library.open_zenoh(settings)
+        opened = eclipse_library.open_zenoh(settings)
     except zenoh.ZError as error:
         if PORT_IS_TAKEN in str(error):
             raise TransportError(
                 f'port {port} is held by {name_of_holder(port)}; end it first, or give another --port'
             ) from None
         raise TransportError(
-            f'the router cannot be opened: {library.reason(error)}; see --listen and --connect'
+            f'the router cannot be opened: {eclipse_library.reason(error)}; see --listen and --connect'
         ) from None
     try:
         yield str(opened.info.zid())

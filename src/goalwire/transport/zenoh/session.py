@@ -84,7 +84,7 @@ def _open_wire(
 
         get_logger(LOGGER).info(f'eclipse-zenoh is used: the configuration asks for {error}')
         return _open_eclipse(configuration, f'the configuration asks for {error}. That')
-    from goalwire.transport.zenoh.native import NativeWire
+    from goalwire.transport.zenoh.native_wire import NativeWire
 
     return NativeWire(settings, security, scope)
 
@@ -100,7 +100,7 @@ def _refuse_unprotected(security: SessionSecurity | None, why: str) -> None:
 
 def _open_eclipse(configuration: Configuration, why: str) -> Wire:
     try:
-        from goalwire.transport.zenoh.eclipse import EclipseWire
+        from goalwire.transport.zenoh.eclipse_wire import EclipseWire
     except ImportError as error:
         if error.name != 'zenoh':
             raise

@@ -26,7 +26,7 @@ from zenoh.handlers import Callback
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.errors import TransportError
 from goalwire.rules.time import S_TO_NS
-from goalwire.transport.zenoh import library, wire
+from goalwire.transport.zenoh import eclipse_library, wire
 from goalwire.transport.zenoh.settings.environment import advise_unreached
 from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.threads import keep_thread_state
@@ -332,19 +332,19 @@ class EclipseWire(wire.Wire):
     def __init__(self, configuration: Configuration) -> None:
         """Open the session. Raises TransportError or ForkedError."""
         try:
-            self._zenoh = library.open_zenoh(configuration)
+            self._zenoh = eclipse_library.open_zenoh(configuration)
         except zenoh.ZError as error:
             raise TransportError(
                 f'cannot open a Zenoh session (connecting to '
                 f'{json.dumps(configuration.at("connect/endpoints"))}, listening on '
-                f'{json.dumps(configuration.at("listen/endpoints"))}): {library.reason(error)}; '
+                f'{json.dumps(configuration.at("listen/endpoints"))}): {eclipse_library.reason(error)}; '
                 f'{advise_unreached(str(configuration.at("mode")))}'
             ) from None
         self.id = str(self._zenoh.zid())
         self._in_flight = InFlight()
 
     def explain(self, error: Exception) -> str:
-        return library.reason(error)
+        return eclipse_library.reason(error)
 
     def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> wire.Publisher:
         publisher = self._zenoh.declare_publisher(

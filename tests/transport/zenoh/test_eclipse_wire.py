@@ -10,7 +10,7 @@ import zenoh
 from helpers.collector import Collector
 
 from goalwire.rules.time import S_TO_NS
-from goalwire.transport.zenoh.eclipse import Queriers
+from goalwire.transport.zenoh.eclipse_wire import Queriers
 
 KEY = '0/lamp/std_srvs::srv::dds_::Trigger_/RIHS01_' + 'a1' * 32
 

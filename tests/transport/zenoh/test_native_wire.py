@@ -11,7 +11,7 @@ from helpers.patience import PATIENCE, wait_for
 from helpers.zenoh_sides import Ours, address
 
 from goalwire.errors import TransportError
-from goalwire.transport.zenoh.native import NativeWire
+from goalwire.transport.zenoh.native_wire import NativeWire
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.channels import Buffer
