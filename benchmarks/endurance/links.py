@@ -15,7 +15,7 @@ from benchmarks import spinning, stage
 from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
 from goalwire.transport.contract import NodeName
-from goalwire.transport.zenoh.tokens import encode_node
+from goalwire.transport.zenoh.ros_keys import encode_node
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
 

@@ -15,7 +15,7 @@ from goalwire.rules.goals.table import TABLE, GoalStatus
 from goalwire.rules.qos import DurabilityPolicy, LivelinessPolicy, QoS, QoSPolicyEnum, ReliabilityPolicy
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
-from goalwire.transport.zenoh.tokens import data_key, encode_endpoint
+from goalwire.transport.zenoh.ros_keys import data_key, encode_endpoint
 
 EXPLANATION = DOCS / 'explanation'
 

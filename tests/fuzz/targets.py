@@ -52,7 +52,7 @@ from goalwire.rules.parameters.plain_yaml import read_typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.dds.settings.cyclone import read_cyclone
 from goalwire.transport.dds.settings.fast_dds import read_fast_dds
-from goalwire.transport.zenoh import attachment, tokens
+from goalwire.transport.zenoh import attachment, ros_keys
 from goalwire.transport.zenoh.native_wire import HistoryPublisher
 from goalwire.transport.zenoh.settings.json5 import Json5Error
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
@@ -185,22 +185,22 @@ def read_attachment(data: bytes) -> None:
 
 def read_token(data: bytes) -> None:
     """A liveliness token, with the QoS and the type in it."""
-    found = tokens.parse(text_of(data))
+    found = ros_keys.parse(text_of(data))
     assert len(found.gid) == attachment.GID_SIZE
 
 
 def read_qos(data: bytes) -> None:
     """What was read is written in the shortest form, which means the same."""
-    qos = tokens.decode_qos(text_of(data))
+    qos = ros_keys.decode_qos(text_of(data))
     if 'UNKNOWN' in {qos.reliability.name, qos.durability.name, qos.history.name, qos.liveliness.name}:
         return  # no endpoint of ours has that
-    written = tokens.encode_qos(qos)
-    assert tokens.encode_qos(tokens.decode_qos(written)) == written
+    written = ros_keys.encode_qos(qos)
+    assert ros_keys.encode_qos(ros_keys.decode_qos(written)) == written
 
 
 def read_type(data: bytes) -> None:
     """A type's name as tokens and DDS topics spell it."""
-    tokens.ros_type(text_of(data))
+    ros_keys.ros_type(text_of(data))
 
 
 def read_request(data: bytes) -> None:

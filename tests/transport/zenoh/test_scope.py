@@ -12,7 +12,7 @@ from helpers.zenoh_sides import Ours, Side, Theirs, address
 
 from goalwire.rules.names.robots import view_of
 from goalwire.transport.zenoh.native_wire import NativeWire
-from goalwire.transport.zenoh.tokens import robot_keys
+from goalwire.transport.zenoh.ros_keys import robot_keys
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.link_messages import Role
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from goalwire.errors import ClosedError
 from goalwire.records import replace
 from goalwire.transport.zenoh import wire
-from goalwire.transport.zenoh.tokens import GRAPH_SPACE, RobotKeys
+from goalwire.transport.zenoh.ros_keys import GRAPH_SPACE, RobotKeys
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query

@@ -18,7 +18,7 @@ from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import LARGE, Turn, Waiting, ZenohContext
-from goalwire.transport.zenoh.tokens import actual_depth
+from goalwire.transport.zenoh.ros_keys import actual_depth
 from goalwire.transport.zenoh.wire import Left, LoanPublisher, Publisher, Wire, refuse_use
 from goalwire.zenoh.protocol.shared_memory import Loan
 

@@ -13,7 +13,7 @@ from goalwire.errors import RemoteError
 from goalwire.security.needs import permission_to_offer, permission_to_use, split_action
 from goalwire.security.policy import Verb
 from goalwire.transport.contract import EndpointKind, GraphEntity
-from goalwire.transport.zenoh.tokens import GRAPH_SPACE, dds_type, parse
+from goalwire.transport.zenoh.ros_keys import GRAPH_SPACE, dds_type, parse
 from goalwire.zenoh.protocol.guard import Act
 
 CERTIFICATE = '@goalwire/certificate/'

@@ -40,12 +40,7 @@ from goalwire.transport.endpoint import EndpointState, OpenNode, OpenPort, OpenS
 from goalwire.transport.zenoh import publisher, subscription
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, Holder, look, name_of_holder
-from goalwire.transport.zenoh.services import ZenohClient, ZenohService
-from goalwire.transport.zenoh.settings import built_in, environment
-from goalwire.transport.zenoh.settings.environment import ECLIPSE, INSTALL_ECLIPSE
-from goalwire.transport.zenoh.settings.plan import Plan, local_port, make_plan
-from goalwire.transport.zenoh.settings.values import Configuration
-from goalwire.transport.zenoh.tokens import (
+from goalwire.transport.zenoh.ros_keys import (
     RobotKeys,
     data_key,
     encode_endpoint,
@@ -57,6 +52,11 @@ from goalwire.transport.zenoh.tokens import (
     parse,
     robot_keys,
 )
+from goalwire.transport.zenoh.services import ZenohClient, ZenohService
+from goalwire.transport.zenoh.settings import built_in, environment
+from goalwire.transport.zenoh.settings.environment import ECLIPSE, INSTALL_ECLIPSE
+from goalwire.transport.zenoh.settings.plan import Plan, local_port, make_plan
+from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from goalwire.transport.endpoint import EndpointState
 from goalwire.transport.zenoh import wire
 from goalwire.transport.zenoh.attachment import GID_SIZE, SIZE, sample_of, split
 from goalwire.transport.zenoh.context import ZenohContext
+from goalwire.transport.zenoh.ros_keys import CPU_BUFFERS, actual_depth, uses_cpu_channel
 from goalwire.transport.zenoh.stream import StreamState
-from goalwire.transport.zenoh.tokens import CPU_BUFFERS, actual_depth, uses_cpu_channel
 from goalwire.transport.zenoh.wire import Declared, Message, OnMessage, undeclare
 from goalwire.zenoh.protocol.network import ReplyError
 from goalwire.zenoh.protocol.primitives import show_id

@@ -7,7 +7,8 @@ discovery        turns participants and endpoints into nodes and endpoints of th
 events           totals of an endpoint's events: matches, deadlines, liveliness, losses
 topics           publishers and subscriptions
 dialects         the forms of requests and replies, by vendor: pure
-ends             the common part of clients and servers: their readers and writers
+service_ends     the common part of clients and servers: their readers and writers
+replies          the reader that takes the replies of one service for all clients
 client, service  service clients and servers
 session          sessions, made of all this
 """

@@ -13,9 +13,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from goalwire.records import record
+from goalwire.transport.zenoh.ros_keys import GRAPH_SPACE
 from goalwire.transport.zenoh.settings import built_in
 from goalwire.transport.zenoh.settings.values import Configuration, Json, Settings
-from goalwire.transport.zenoh.tokens import GRAPH_SPACE
 
 if TYPE_CHECKING:
     from goalwire.security.environment import Chosen

@@ -20,7 +20,7 @@ from goalwire.rules.qos import (
     ReliabilityPolicy,
 )
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
-from goalwire.transport.zenoh.tokens import (
+from goalwire.transport.zenoh.ros_keys import (
     data_key,
     dds_type,
     decode_qos,
