@@ -86,16 +86,18 @@ def _noun_name(program: str, arguments: list[str]) -> tuple[str, list[str]]:
     name, *rest = arguments
     if name in NOUNS:
         return name, rest
-    from goalwire.apps.cli.framework import instead
+    from goalwire.apps.cli.framework import missing_commands
     from goalwire.apps.cli.framework.verbs import did_you_mean
 
-    if name in instead.ALIASES:
-        return instead.ALIASES[name], rest
-    if name in instead.NOUNS:
-        if (name, *rest[:1]) in instead.HARMLESS:
-            print(instead.NOUNS[name])  # noqa: T201
+    if name in missing_commands.ALIASES:
+        return missing_commands.ALIASES[name], rest
+    if name in missing_commands.NOUNS:
+        if (name, *rest[:1]) in missing_commands.HARMLESS:
+            print(missing_commands.NOUNS[name])  # noqa: T201
             raise SystemExit(0)
-        raise CommandError(Outcome.USAGE, f"{program}: there is no command '{name}'", instead.NOUNS[name])
+        raise CommandError(
+            Outcome.USAGE, f"{program}: there is no command '{name}'", missing_commands.NOUNS[name]
+        )
     what = 'flag' if name.startswith('-') else 'command'
     near = did_you_mean(name, ['--help', '--version'] if what == 'flag' else list(NOUNS))
     raise CommandError(
@@ -137,10 +139,10 @@ def _run_noun(program: str, noun: Noun, arguments: list[str]) -> Outcome:
     verbs = {verb.name: verb for verb in noun.verbs}
     name = arguments.pop(0)
     if name not in verbs:
-        from goalwire.apps.cli.framework import instead
+        from goalwire.apps.cli.framework import missing_commands
         from goalwire.apps.cli.framework.verbs import did_you_mean
 
-        near = instead.VERBS.get((noun.name, name)) or did_you_mean(name, list(verbs))
+        near = missing_commands.VERBS.get((noun.name, name)) or did_you_mean(name, list(verbs))
         raise CommandError(
             Outcome.USAGE,
             f"{parser.prog}: there is no verb '{name}'",

@@ -14,14 +14,16 @@ NOUN = Noun(
             *lazy('secure.identities', 'make_identity'),
         ),
         Verb(
-            'audit', 'Read what an identity has refused, and check the log', *lazy('secure.asking', 'audit')
+            'audit',
+            'Read what an identity has refused, and check the log',
+            *lazy('secure.inspection', 'audit'),
         ),
         Verb(
             'authority',
             'Renew certificates over the network, for programs that run',
             *lazy('secure.authority'),
         ),
-        Verb('check', 'Check a keystore and its policy', *lazy('secure.asking', 'check_keystore')),
+        Verb('check', 'Check a keystore and its policy', *lazy('secure.inspection', 'check_keystore')),
         Verb(
             'config',
             "Print settings for rmw_zenoh's router and sessions",
@@ -35,7 +37,7 @@ NOUN = Noun(
         Verb(
             'explain',
             'Say whether somebody may do something, and which line decides',
-            *lazy('secure.asking', 'explain'),
+            *lazy('secure.inspection', 'explain'),
         ),
         Verb(
             'export',

@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def check_keystore(arguments: Namespace, output: Output) -> Outcome:
     """Check the keystore; the outcome is FAILED if a finding is an error."""
     keystore = open_keystore(arguments)
-    from goalwire.security.checking import Finding, check
+    from goalwire.security.keystore_check import Finding, check
     from goalwire.security.policy_file import load_policy
     from goalwire.transport.zenoh.router_rules import inexpressible
 
