@@ -15,8 +15,8 @@ import pytest
 from goalwire.errors import SecurityError
 from goalwire.security import certificates
 from goalwire.security.bundle import export, import_identity
-from goalwire.security.checking import check
 from goalwire.security.keystore import Keystore
+from goalwire.security.keystore_check import check
 from goalwire.security.policy_file import load_policy
 
 

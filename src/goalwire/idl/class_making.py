@@ -235,13 +235,13 @@ def _slot_types(message: MessageDefinition) -> tuple[object, ...]:
 
 
 def _document(defined: Definition) -> str:
-    from goalwire.idl.showing import document
+    from goalwire.idl.message_display import document
 
     return document(defined)
 
 
 def _sign(message: MessageDefinition) -> object:
-    from goalwire.idl.showing import signature
+    from goalwire.idl.message_display import signature
 
     return signature(message)
 
@@ -250,18 +250,18 @@ def _sign(message: MessageDefinition) -> object:
 
 
 def _print_shortened(message: object, printer: _Printer, cycle: bool) -> None:  # noqa: ARG001 - IPython's
-    from goalwire.idl.showing import shorten
+    from goalwire.idl.message_display import shorten
 
     printer.text(shorten(message))
 
 
 def _show_png(message: object) -> bytes | None:
-    from goalwire.idl.showing import picture
+    from goalwire.idl.message_display import picture
 
     return picture(message, 'image/png')
 
 
 def _show_jpeg(message: object) -> bytes | None:
-    from goalwire.idl.showing import picture
+    from goalwire.idl.message_display import picture
 
     return picture(message, 'image/jpeg')
