@@ -185,6 +185,13 @@ def test_who_may_see_little_sees_little_and_cannot_stop(sign_in: SignedIn, keyst
     page.wait_for_selector('[data-stop-report=failed]:has-text("stop = false")')
     _wait_for_entry(keystore, who='ben', act='stop', outcome='was refused', key='/estop')
 
+    # A press that comes as a request alone needs the same right.
+    answer = page.evaluate("""async () => {
+      const body = JSON.stringify({ press: 'by hand', robot: '', all: true });
+      return await (await fetch('/console/stop', { method: 'POST', body })).text(); }""")
+    assert '"ok": false' in answer
+    assert 'stop = false' in answer
+
 
 def test_missions_go_on_by_those_whom_the_policy_allows_it_and_others_can_stop_them(
     sign_in: SignedIn, keystore: Keystore, carrier: Program
