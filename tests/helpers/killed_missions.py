@@ -15,7 +15,7 @@ from helpers.forking import ForkServer
 from helpers.processes import Program
 
 import goalwire
-from goalwire.missions.store import Store
+from goalwire.missions.journal_store import Store
 from goalwire.missions.wakeup import wake_runner
 from goalwire.rules.missions.entries import EntryKind, MissionState
 

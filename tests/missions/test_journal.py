@@ -11,7 +11,7 @@ from helpers.missions import Base, Robot, play
 
 from goalwire.errors import JournalError
 from goalwire.missions import Runner, Steps, mission
-from goalwire.missions.store import Change, MissionRow, Store
+from goalwire.missions.journal_store import Change, MissionRow, Store
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 
 PLACES = 20

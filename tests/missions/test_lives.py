@@ -13,7 +13,7 @@ import goalwire
 from goalwire.errors import DeadlineError, JournalError, MissionError, MissionFailed, MissionIdTaken
 from goalwire.missions import Definition, MissionRun, MissionState, Runner, Steps, mission
 from goalwire.missions.changed_code import why_stuck
-from goalwire.missions.store import Store
+from goalwire.missions.journal_store import Store
 from goalwire.rules.missions.entries import EntryKind
 
 

@@ -15,7 +15,7 @@ from helpers.missions import Base, Robot, play
 import goalwire
 from goalwire.errors import GoalAborted, GoalCanceled, GoalIdTaken, GoalRefused, ServerLostError
 from goalwire.missions import MissionState, Runner, Steps, mission, offer
-from goalwire.missions.writer import Writer
+from goalwire.missions.journal_writer import Writer
 
 ORDER = UUID('6ba7b810-9dad-41d1-80b4-00c04fd430c8')
 

@@ -4,8 +4,8 @@
 """
 
 from goalwire.missions.definition import Definition, mission
+from goalwire.missions.mission_run import MissionRun
 from goalwire.missions.offers import offer
-from goalwire.missions.run import MissionRun
 from goalwire.missions.runner import Runner
 from goalwire.missions.sent_goals import SentGoal
 from goalwire.missions.steps import ActionSteps, CallSteps, Steps

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from goalwire.missions.definition import Definition
+    from goalwire.missions.journal_store import MissionRow
     from goalwire.missions.outcomes import Outcome
-    from goalwire.missions.store import MissionRow
     from goalwire.rules.missions.entries import Entry
 
 

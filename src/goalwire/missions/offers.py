@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import goalwire
     from goalwire.entities.actions.types import ActionClass
     from goalwire.missions.definition import Definition
-    from goalwire.missions.run import MissionRun
+    from goalwire.missions.mission_run import MissionRun
     from goalwire.missions.runner import Runner
     from goalwire.rules.missions.entries import Json
 

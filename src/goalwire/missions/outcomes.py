@@ -11,7 +11,7 @@ from goalwire import errors
 from goalwire.cdr import codec
 from goalwire.cdr.type_hash import type_hash
 from goalwire.errors import CallError, GoalFailed, MissionStopped, StepFailed, StepLost
-from goalwire.missions.store import LARGEST_VALUE, as_json
+from goalwire.missions.journal_store import LARGEST_VALUE, as_json
 from goalwire.records import record
 from goalwire.rules.missions.entries import Entry, EntryKind, Json, StepKey
 from goalwire.rules.missions.replay import DoesNotFit

@@ -12,9 +12,9 @@ from inspect import isawaitable
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import DeadlineError, StepFailed
+from goalwire.missions.journal_store import as_json
 from goalwire.missions.live_step import Interrupted, LiveStep
 from goalwire.missions.outcomes import Outcome
-from goalwire.missions.store import as_json
 from goalwire.rules.missions.entries import Entry, MissionState
 
 if TYPE_CHECKING:

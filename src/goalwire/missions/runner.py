@@ -13,14 +13,14 @@ from uuid import uuid4
 from goalwire.errors import ClosedError, JournalError, MissionError, MissionIdTaken
 from goalwire.missions.clients import Clients
 from goalwire.missions.file_lock import FileLock, lock_path
+from goalwire.missions.journal_store import Change, Command, MissionRow, Store, as_json
+from goalwire.missions.journal_writer import Writer
+from goalwire.missions.mission_run import Boundary, MissionRun
 from goalwire.missions.questions import answer_body
-from goalwire.missions.run import Boundary, MissionRun
 from goalwire.missions.schedule import Missed, Slots, keep_schedule, slot_id
-from goalwire.missions.store import Change, Command, MissionRow, Store, as_json
 from goalwire.missions.this_computer import ThisComputer
 from goalwire.missions.turns import Turns, priority_entry
 from goalwire.missions.wakeup import hang_bell, note_port
-from goalwire.missions.writer import Writer
 from goalwire.rules.missions.entries import Entry, Json, MissionState
 from goalwire.rules.missions.holding import Sighting, why_held
 

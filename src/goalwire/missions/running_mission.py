@@ -1,4 +1,4 @@
-"""The interface of a running mission for its steps, its gate and its player. MissionRun implements it."""
+"""The interface of a running mission for its steps, its gate and its code. MissionRun implements it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from goalwire.errors import MissionStopped
     from goalwire.missions.clients import Clients
     from goalwire.missions.definition import Definition
-    from goalwire.missions.store import MissionRow
+    from goalwire.missions.journal_store import MissionRow
     from goalwire.missions.this_computer import ThisComputer
     from goalwire.rules.missions.entries import Entry, MissionState
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from goalwire.rules.missions.entries import Entry, EntryKind
 
 if TYPE_CHECKING:
-    from goalwire.missions.run import MissionRun
+    from goalwire.missions.mission_run import MissionRun
 
 _PRIORITY = 'priority'
 

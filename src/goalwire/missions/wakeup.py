@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from goalwire.missions.store import Store
+    from goalwire.missions.journal_store import Store
 
 _LOOPBACK = '127.0.0.1'
 _PORT = 'port'

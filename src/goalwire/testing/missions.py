@@ -20,7 +20,7 @@ from goalwire.records import record
 if TYPE_CHECKING:
     import goalwire
     from goalwire.missions.definition import Definition
-    from goalwire.missions.run import MissionRun
+    from goalwire.missions.mission_run import MissionRun
     from goalwire.rules.missions.entries import MissionState
 
 Between = Callable[[], Awaitable[object]]

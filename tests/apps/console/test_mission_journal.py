@@ -14,7 +14,7 @@ from goalwire.apps.console.state.mission_journal import MissionJournal
 from goalwire.apps.console.state.rights import Rights
 from goalwire.errors import MissionError, NotAllowedError
 from goalwire.logging import get_logger
-from goalwire.missions.store import Change, MissionRow, Store
+from goalwire.missions.journal_store import Change, MissionRow, Store
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 from goalwire.security import audit
 from goalwire.security.environment import Chosen

@@ -9,7 +9,7 @@ import pytest
 
 from goalwire.apps.cli.main import run_command
 from goalwire.missions.file_lock import FileLock, lock_path
-from goalwire.missions.store import Change, MissionRow, Store
+from goalwire.missions.journal_store import Change, MissionRow, Store
 from goalwire.rules.missions.entries import Entry, EntryKind, Json, MissionState
 
 CODE = """

@@ -16,7 +16,7 @@ from goalwire.rules.missions.entries import EntryKind, MissionState
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.session import Session
-    from goalwire.missions.store import MissionRow
+    from goalwire.missions.journal_store import MissionRow
 
 _SPAN_S = 300
 _LABEL = 0.14

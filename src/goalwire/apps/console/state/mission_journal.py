@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from goalwire.errors import MissionError
 from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.missions.file_lock import has_runner
+from goalwire.missions.journal_store import MissionRow, Store
 from goalwire.missions.questions import ANSWERS, answer_body
-from goalwire.missions.store import MissionRow, Store
 from goalwire.missions.wakeup import wake_runner
 from goalwire.records import record
 from goalwire.rules.missions.entries import Entry, MissionState

@@ -14,7 +14,7 @@ from goalwire.errors import JournalError, did_you_mean
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from goalwire.missions.store import MissionRow, Store
+    from goalwire.missions.journal_store import MissionRow, Store
 
 DEFAULT = 'missions.db'
 
@@ -40,7 +40,7 @@ def add_mission_arguments(parser: ArgumentParser) -> None:
 @contextmanager
 def open_journal(arguments: Namespace) -> Iterator[Store]:
     """Open the journal, which has to exist. Raises CommandError."""
-    from goalwire.missions.store import Store
+    from goalwire.missions.journal_store import Store
 
     try:
         with Store(arguments.journal, must_exist=True) as store:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from goalwire.apps.cli.framework.output import Json, Output
-    from goalwire.missions.store import MissionRow
+    from goalwire.missions.journal_store import MissionRow
     from goalwire.rules.missions.entries import Entry
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from goalwire.apps.cli.framework.output import Output
-    from goalwire.missions.store import MissionRow, Store
+    from goalwire.missions.journal_store import MissionRow, Store
     from goalwire.rules.missions.entries import Json
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 from goalwire.errors import ClosedError, JournalError
 
 if TYPE_CHECKING:
-    from goalwire.missions.store import Change, Store
+    from goalwire.missions.journal_store import Change, Store
     from goalwire.missions.this_computer import ThisComputer
 
 T = TypeVar('T')

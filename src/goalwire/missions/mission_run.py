@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import JournalError, MissionFailed, MissionStopped, StepFailed
 from goalwire.missions.gate import Gate
+from goalwire.missions.journal_store import Change, MissionRow
 from goalwire.missions.live_step import LiveStep
+from goalwire.missions.mission_code import run_code
 from goalwire.missions.outcomes import Outcome, make_end_entry
-from goalwire.missions.playing import play
 from goalwire.missions.questions import is_asking
 from goalwire.missions.steps import Perform
-from goalwire.missions.store import Change, MissionRow
 from goalwire.records import replace
 from goalwire.rules.missions.entries import Entry, EntryKind, Json, MissionState, goal_id_of
 from goalwire.rules.missions.replay import StepHistory
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import goalwire
     from goalwire.missions.clients import Clients
     from goalwire.missions.definition import Definition
-    from goalwire.missions.store import Command
+    from goalwire.missions.journal_store import Command
+    from goalwire.missions.journal_writer import Writer
     from goalwire.missions.this_computer import ThisComputer
-    from goalwire.missions.writer import Writer
 
 Boundary = Callable[[str, str], None]
 """A function of the test kit. It is called at each place where a crash can be tested, with the place's name
@@ -123,7 +123,7 @@ class MissionRun:
 
     async def _main(self) -> None:
         try:
-            change = await play(self, self)
+            change = await run_code(self, self)
             await self._write(change)
         except _JournalIsBroken as broken:
             self.failure = broken.__cause__ if isinstance(broken.__cause__, JournalError) else None

@@ -6,8 +6,8 @@ import traceback
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import MissionStopped
+from goalwire.missions.journal_store import Change, as_json
 from goalwire.missions.steps import Performer, Steps
-from goalwire.missions.store import Change, as_json
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 from goalwire.rules.missions.replay import DoesNotFit, Replay
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from goalwire.missions.running_mission import RunningMission
 
 
-async def play(run: RunningMission, performer: Performer) -> Change:
+async def run_code(run: RunningMission, performer: Performer) -> Change:
     """Run the code once, and return the change to write. Ended steps take their outcomes from the journal."""
     id_ = run.row.id
     replay = Replay(run.entries())
