@@ -109,3 +109,19 @@ def test_nothing_can_be_sent_while_a_recording_is_shown(stage: Stage, open_page:
     for control in ('[data-estop]', '[data-send-goal]', '[data-call]', '[data-publish]', '[data-view]'):
         assert page.locator(control).count() == 0, control
     assert 'goalwire_console' not in stage.command('ros2 node list')
+
+
+def test_a_console_that_has_gone_is_told_and_the_page_goes_on_with_the_next_one(
+    stage: Stage, open_page: OpenPage, tmp_path: Path
+) -> None:
+    bag = str(write_recorded_robot(tmp_path / 'trip'))
+    console, url = stage.console('--bag', bag)
+    page = open_page(url)
+    page.wait_for_selector('[data-timeline] canvas')
+    console.kill()
+    page.wait_for_selector('[data-lost]:has-text("No connection to the console")')
+    assert 'STOP' not in page.inner_text('[data-lost]')
+    assert page.evaluate("() => document.getElementById('app').inert")
+    stage.console('--bag', bag, '--port', url.rstrip('/').rpartition(':')[2])
+    page.wait_for_selector('[data-lost]', state='hidden')
+    until(page, f'() => Math.abs(({_X})() - 1) < 0.01')

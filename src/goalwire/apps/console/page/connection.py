@@ -14,13 +14,12 @@ _SCRIPTS = ''.join(
     f'<script>{Path(__file__).with_name(name).read_text(encoding="utf-8")}</script>\n'
     for name in ('connection.js', 'drafts.js')
 )
-_LOST = f"""
+_LOST = """
 <div class="gw-lost" data-lost role="alert" hidden>
   <b>No connection to the console</b> <span data-lost-for aria-hidden="true"></span>
-  <div>What you see is old. STOP is still tried, and says within 1 s whether it failed. What you have typed is
-  kept. Trying again …</div>
+  <div>{text} Trying again …</div>
 </div>
-{_SCRIPTS}"""
+"""
 
 
 def install_watch(application: FastAPI) -> None:
@@ -31,6 +30,6 @@ def install_watch(application: FastAPI) -> None:
         return Response(status_code=204, headers={'Cache-Control': 'no-store'})
 
 
-def watch_connection() -> None:
-    """Watch the connection of the page that is being made."""
-    ui.add_body_html(_LOST)
+def watch_connection(text: str) -> None:
+    """Watch the connection of the page that is being made; `text` is what the user should know without it."""
+    ui.add_body_html(_LOST.format(text=text) + _SCRIPTS)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fastapi import FastAPI
 from nicegui import Client, background_tasks, ui
 
+from goalwire.apps.console.page.connection import install_watch, watch_connection
 from goalwire.apps.console.page.kept import ask_for_kept, keep_dark
 from goalwire.apps.console.page.logs_view import COLUMNS, log_row
 from goalwire.apps.console.page.pacing import Pacer
@@ -43,6 +44,7 @@ _SILENT_S = 2.0
 def install(application: FastAPI, recording: Recording, goals: GoalTable) -> Iterator[None]:
     """Add the page of a recording to an application until the block ends. Only once in a process."""
     meshes, pages = Meshes(), list[RecordingPage]()
+    install_watch(application)
     style = install_site(application, meshes)
 
     @ui.page('/')
@@ -83,6 +85,7 @@ class RecordingPage:
     def build(self, style: str) -> None:
         """Make the page and begin to refresh it; `style` is the address of the style sheet."""
         ui.add_head_html(f'<link rel="stylesheet" href="{style}">')
+        watch_connection('The recording goes on when the console is there again.')
         self._dark = ui.dark_mode(value=None)
         set_colours()
         with ui.element('div').classes('gw-shell gw-player'):

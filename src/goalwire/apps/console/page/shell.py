@@ -47,6 +47,7 @@ VIEWS: tuple[type[View], ...] = (
     StatisticsView,
 )
 _OLD_BATTERY_S = 5.0
+_LOST = 'This is old. STOP is tried all the same, and says within 1 s if it failed. What you typed is kept.'
 
 
 def install(application: FastAPI, session: Session) -> None:
@@ -81,7 +82,7 @@ class Shell:
         if robots:
             page.select_robot(robot if robot in robots else robots[0])
         ui.add_head_html(f'<link rel="stylesheet" href="{self._style}">')
-        watch_connection()
+        watch_connection(_LOST)
         self._dark = ui.dark_mode(value=None)
         set_colours()
         with ui.element('div').classes('gw-shell'):
