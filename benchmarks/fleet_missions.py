@@ -15,9 +15,11 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
+from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from helpers.markdown import ROOT
 from helpers.postgres import Postgres, find_programs, postgres
@@ -25,6 +27,15 @@ from helpers.processes import Program
 
 EXAMPLE = ROOT / 'examples' / 'fleet_missions'
 WORKERS = 3
+PRELOADED = (
+    'dbos',
+    'example_interfaces.action',
+    'goalwire.aio',
+    'goalwire.entities.actions.journal_file',
+    'goalwire.missions',
+    'psycopg',
+)
+"""The modules that the programs import: a worker that starts would need seconds of a core for them."""
 START_S = 300.0
 CONNECT_MS = 60_000
 """How long a session keeps trying: the router is slow on a busy machine while many robots come."""
@@ -102,7 +113,9 @@ class Site:
         port = env['GOALWIRE_ROUTER_PORT']
         client = f'mode="client";connect/endpoints=["tcp/127.0.0.1:{port}"];connect/timeout_ms={CONNECT_MS}'
         self._env = {**env, 'GOALWIRE_ROUTER': 'off', 'ZENOH_CONFIG_OVERRIDE': client}
-        self._start(Path('-m'), 'goalwire', 'router', env=env).expect('listens on', START_S)
+        router = stack.enter_context(Program(Path('-m'), 'goalwire', 'router', env=env, cwd=folder))
+        router.expect('listens on', START_S)
+        self._server = stack.enter_context(ForkServer(PRELOADED, self._env))
         self._robots = [self._begin_robots(first) for first in range(0, plan.robots, plan.per_process)]
         for each in self._robots:
             each.expect('^ready', START_S)
@@ -111,8 +124,8 @@ class Site:
             each.expect('^ready', START_S)
         self._turns = list(range(WORKERS))
 
-    def _start(self, source: Path, *arguments: str, env: dict[str, str] | None = None) -> Program:
-        program = Program(source, *arguments, env=env or self._env, cwd=self.folder)
+    def _start(self, source: Path, *arguments: str) -> Program:
+        program = Program(source, *arguments, env=self._env, cwd=self.folder, server=self._server)
         return self._stack.enter_context(program)
 
     def _begin_robots(self, first: int) -> Program:
@@ -209,6 +222,7 @@ def carry_out(plan: Plan, stack: ExitStack, patience: float) -> tuple[Site, Coun
     drive; the engine then learns of the last ends in peace.
     """
     programs = find_programs()
+    assert find_spec('dbos') is not None, f'dbos is not installed: {sys.executable} -m pip install dbos'
     assert programs is not None, 'Postgres is not installed: apt-get install postgresql'
     database = stack.enter_context(postgres(programs))
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))

@@ -24,6 +24,9 @@ SKILLS = 'carry', 'lift'
 AT_ONCE = 40
 """How many missions of a skill a worker has in hand: those of other skills do not wait behind them."""
 
+TURNS = {skill: asyncio.Lock() for skill in SKILLS}
+"""Of the missions that wait for a robot only one of each skill looks for one, the first that came."""
+
 SERVER_GONE = goalwire.NoServerError, goalwire.ServerLostError, goalwire.DeadlineError
 
 
@@ -48,11 +51,15 @@ async def deliver(mission: str, skill: str, order: int) -> list[str]:
 @DBOS.step()
 async def find_robot(mission: str, skill: str) -> str:
     """Wait for a free robot that offers this action, and take it."""
-    while True:
-        robot = await World.leases.take(mission, robots_with(skill))
-        if robot is not None:
-            return robot
-        await asyncio.sleep(1.0)
+    robot = await World.leases.take(mission, robots_with(skill))  # it may have one already
+    if robot is not None:
+        return robot
+    async with TURNS[skill]:
+        while True:
+            robot = await World.leases.take(mission, robots_with(skill))
+            if robot is not None:
+                return robot
+            await asyncio.sleep(1.0)
 
 
 def robots_with(skill: str) -> list[str]:
