@@ -76,18 +76,7 @@ class Writer:
         a file cannot be made.
         """
         self.path = os.fspath(path).rstrip('/') or '/'
-        if storage not in STORAGES:
-            raise BagError(f"there is no storage '{storage}': choose {' or '.join(STORAGES)}")
-        if preset not in PRESETS:
-            raise BagError(f"there is no preset '{preset}': choose {', '.join(PRESETS)}")
-        if storage != 'mcap' and preset != 'none':
-            raise BagError(f"the storage {storage} has no preset '{preset}'")
-        if compress_messages and (storage != 'sqlite3' or compress_files):
-            raise BagError(
-                f'the storage {storage} cannot compress messages one by one'
-                if storage != 'sqlite3'
-                else 'either files or messages are compressed, not both'
-            )
+        _check_choices(storage, preset, compress_files=compress_files, compress_messages=compress_messages)
         self._storage = storage
         self._make_file = _opener(storage, preset, ros_distro or _distro())
         self._max_bytes = max_bytes
@@ -306,6 +295,22 @@ class Writer:
 
 
 _SUFFIX = {'mcap': 'mcap', 'sqlite3': 'db3'}
+
+
+def _check_choices(storage: str, preset: str, *, compress_files: bool, compress_messages: bool) -> None:
+    """Raise BagError if storage or preset are unknown, or if they and the compression do not go together."""
+    if storage not in STORAGES:
+        raise BagError(f"there is no storage '{storage}': choose {' or '.join(STORAGES)}")
+    if preset not in PRESETS:
+        raise BagError(f"there is no preset '{preset}': choose {', '.join(PRESETS)}")
+    if storage != 'mcap' and preset != 'none':
+        raise BagError(f"the storage {storage} has no preset '{preset}'")
+    if compress_messages and (storage != 'sqlite3' or compress_files):
+        raise BagError(
+            f'the storage {storage} cannot compress messages one by one'
+            if storage != 'sqlite3'
+            else 'either files or messages are compressed, not both'
+        )
 
 
 def _facts_of(file: FileWriter, path: str) -> FileFacts:
