@@ -84,22 +84,7 @@ class RtpsSession:
         self._sleepers: set[SleepingThread] = set()
         self._is_closed = False
         self.participant = Participant(
-            discovery.Settings(
-                prefix=prefix,
-                domain=settings.domain,
-                metatraffic=self._sockets.metatraffic,
-                default=self._sockets.default,
-                peers=self._choose_announced(),
-                own_hosts=self._own_hosts,
-                lease=int(settings.lease_s * NS),
-                user_data=settings.user_data,
-                name=settings.name,
-                tag=settings.tag,
-                announce_s=settings.announce_s,
-                packet_size=settings.packet_size,
-                ipv6=settings.ipv6,
-                receive_buffer=self._sockets.receive_buffer,
-            ),
+            self._participant_settings(prefix),
             _Listener(listener or ParticipantListener(), self.rejects),
             clock=monotonic,
             wall_clock_ns=time_ns,
@@ -133,6 +118,26 @@ class RtpsSession:
         loopback = LOOPBACK_V6 if settings.ipv6 else LOOPBACK
         own = frozenset({loopback, *(each.address for each in all_of_them)})
         return choose(all_of_them, settings.interfaces, settings.excluded), own
+
+    def _participant_settings(self, prefix: bytes) -> discovery.Settings:
+        """Return the settings of the participant, which knows the network only by them."""
+        settings = self._settings
+        return discovery.Settings(
+            prefix=prefix,
+            domain=settings.domain,
+            metatraffic=self._sockets.metatraffic,
+            default=self._sockets.default,
+            peers=self._choose_announced(),
+            own_hosts=self._own_hosts,
+            lease=int(settings.lease_s * NS),
+            user_data=settings.user_data,
+            name=settings.name,
+            tag=settings.tag,
+            announce_s=settings.announce_s,
+            packet_size=settings.packet_size,
+            ipv6=settings.ipv6,
+            receive_buffer=self._sockets.receive_buffer,
+        )
 
     def _choose_announced(self) -> tuple[Address, ...]:
         """Return the addresses to which the participant announces itself."""
