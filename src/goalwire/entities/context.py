@@ -402,7 +402,7 @@ def call_timeout_from_environment() -> float | None:
         seconds = -1.0
     if not seconds > 0:
         raise RCLError(
-            f"failed to initialize: GOALWIRE_CALL_TIMEOUT is no time: it is '{text}'; "
+            f"failed to initialize: GOALWIRE_CALL_TIMEOUT is '{text}', which is not a time; "
             "set it to a number of seconds above 0, or to 'inf'"
         )
     return seconds

@@ -110,7 +110,7 @@ class PublisherCore(Generic[MsgT]):
 
         `borrow_loaned_message(data=1_000_000).get().data` is a writable memoryview, until the message is
         published or its `with` block ends. Without such memory it is a memoryview as well, and is copied.
-        Raises TypeError for a field that is no sequence of numbers, InvalidHandle once destroyed.
+        Raises TypeError for a field that is not a sequence of numbers, InvalidHandle once destroyed.
         """
         from goalwire.entities.loans import borrow
 

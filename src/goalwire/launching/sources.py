@@ -185,7 +185,10 @@ class LaunchDescriptionSource:
         return self._method
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
-        raise LaunchError('this source of a launch description has nothing to read')
+        raise LaunchError(
+            f'{type(self).__name__} was made without a launch description, and cannot read a file: '
+            'give it a description, or use AnyLaunchDescriptionSource(path)'
+        )
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
         """Read the launch file once, and return its description."""

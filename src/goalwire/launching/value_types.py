@@ -39,7 +39,7 @@ def is_instance_of_valid_type(value: object, *, can_be_str: bool = False) -> boo
 
 
 def is_instance_of(value: object, data_type: object = None, *, can_be_str: bool = False) -> bool:
-    """Return whether a value is of a type; an int is no float here. Raises ValueError for unknown types."""
+    """Return whether a value is of a type; an int is not a float. Raises ValueError for unknown types."""
     if data_type is None:
         return is_instance_of_valid_type(value, can_be_str=can_be_str)
     scalar, many = scalar_type(data_type)

@@ -44,7 +44,7 @@ def read_request(body: bytes, subject: x509.Name) -> ec.EllipticCurvePublicKey:
         is_valid = request.is_signature_valid
         key = request.public_key()
     except (ValueError, TypeError, Base64Error) as error:
-        raise SecurityError(f'this is no request for a certificate: {error}') from None
+        raise SecurityError(f'this is not a request for a certificate: {error}') from None
     if not is_valid:
         raise SecurityError('the request is not signed by its own key')
     if request.subject != subject:

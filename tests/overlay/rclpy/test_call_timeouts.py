@@ -370,5 +370,5 @@ def test_a_variable_gives_every_call_of_the_process_a_time(
 @pytest.mark.parametrize('text', ['soon', '0', '-1', 'nan'])
 def test_a_variable_that_is_no_time_is_refused(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     monkeypatch.setenv('GOALWIRE_CALL_TIMEOUT', text)
-    with pytest.raises(RCLError, match=f"GOALWIRE_CALL_TIMEOUT is no time: it is '{text}'"):
+    with pytest.raises(RCLError, match=f"GOALWIRE_CALL_TIMEOUT is '{text}', which is not a time"):
         Context().init(args=[])

@@ -98,7 +98,7 @@ def test_what_is_wrong_is_said_in_one_line(ros2: CommandLine) -> None:
     assert "there is no part 'X'" in ros2.fails('action', 'echo', known, '--interfaces', 'X', code=2)
     assert 'is not an id of a goal' in ros2.fails('action', 'cancel', known, 'xyz', code=4)
     assert 'required' in ros2.fails('action', 'cancel', known, code=2)
-    assert 'is no time' in ros2.fails('action', 'cancel', known, '--before', 'noon', code=4)
+    assert 'is not a time' in ros2.fails('action', 'cancel', known, '--before', 'noon', code=4)
     assert 'no such goal' in ros2.fails('action', 'cancel', known, '0' * 31 + '1', code=3)
 
 

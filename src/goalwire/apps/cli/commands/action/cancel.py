@@ -116,7 +116,7 @@ def _time(text: str) -> float:
     if not 0 < seconds < 2**31:
         raise CommandError(
             Outcome.BAD_VALUE,
-            f"'{text}' is no time",
+            f"'{text}' is not a time",
             'write 1700000000.5, 2026-01-31T12:00:00, or how long ago: 10s, 5m, 1h',
         )
     return seconds
