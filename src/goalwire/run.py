@@ -21,7 +21,7 @@ def main(arguments: list[str]) -> int:
     if not arguments or arguments[0] in ('-h', '--help') or arguments == ['-m']:
         print(USAGE, file=sys.stderr)
         return 0 if arguments[:1] in (['-h'], ['--help']) else 2
-    os.environ[hook.OVERLAY_FIRST] = '1'  # the import hook reads it, and children inherit it
+    os.environ[hook.OVERLAY_FIRST] = '1'  # a variable, and not an argument: child processes inherit it
     hook.install()
     if arguments[0] == '-m':
         sys.argv = arguments[1:]

@@ -167,7 +167,7 @@ class LeaderFollowers(WirePoller):
         self._loops: list[int] = []
         """The threads whose asyncio loops read the wire; a thread with two loops stands here twice."""
         self._period_s = AWAY_S
-        """The pause between two checks, by the own thread, that the loops still read the wire."""
+        """The time in s after which `_thread` checks again that the asyncio loops still read the wire."""
         self._leader: dict[str, object] = {}
         self._leaders_thread = 0
         self._followers: list[Sleeper] = []

@@ -35,7 +35,8 @@ _CONSTANT_NAME = Pattern(r'[A-Z](?:_?[A-Z0-9])*')
 _LINE = Pattern(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
 _QUOTED = Pattern(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: parsed in linear time
 _ARRAY = Pattern(r'(.*)\[([^\[\]]*)\]')
-# Field names that the generated class itself uses; with an underscore, the third is a class attribute.
+# The generated class has methods with the first two names, and an attribute with the third and an underscore
+# before it. So no field may have these names.
 _TAKEN = frozenset({'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'})
 _TAKEN_CONSTANTS = frozenset({'SLOT_TYPES'})
 _SEPARATOR = '---'

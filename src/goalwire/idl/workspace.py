@@ -162,7 +162,7 @@ def _note(folder: str, found: Workspace) -> None:
         return
     if name in found.packages:
         if _is_copy(folder, found.packages[name]):
-            return  # whichever is used, the classes are the same
+            return  # both folders give the same classes
         found.remark(
             f'{show(folder)} is a second package named {name}; {show(found.packages[name])} is used '
             '(a file COLCON_IGNORE in a folder hides it)'

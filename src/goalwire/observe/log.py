@@ -60,7 +60,7 @@ class LogBook:
 
     @property
     def version(self) -> int:
-        """A number that rises with each new line."""
+        """The number of lines so far, with those that are not kept any more."""
         return self._count
 
     @property
@@ -69,7 +69,7 @@ class LogBook:
         return sorted({line.node for line in self._lines})
 
     def since(self, version: int, text: str) -> list[LogLine]:
-        """Return the lines that came after a `version` and contain a text, the oldest first."""
+        """Return the lines after line number `version` that contain `text`, the oldest first."""
         new = min(self._count - version, len(self._lines))
         lines = islice(self._lines, len(self._lines) - new, None)
         return [line for line in lines if text in line.node or text in line.text]

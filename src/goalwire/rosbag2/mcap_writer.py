@@ -353,8 +353,9 @@ class McapWriter:
     # -- the file --------------------------------------------------------------------------------------------
 
     def _append(self, parts: Sequence[bytes]) -> None:
-        """Write `parts` behind the data, over an end. If the writing fails, no part of them stays in the
-        file.
+        """Append `parts` to the data; the closing part of the file, if it was written, is cut off first.
+
+        If the writing fails, nothing of `parts` stays in the file.
         """
         if self._has_end:
             self._cut(self._data_end)

@@ -29,7 +29,9 @@ Payload: TypeAlias = bytes | bytearray | memoryview
 class EndpointKind(Enum):
     """The kinds of endpoints, and NODE for a node itself."""
 
-    __hash__ = object.__hash__  # faster than Enum's own, a Python function; each member exists once
+    # Members are keys in hot paths, and the __hash__ of Enum is a slow Python function. This one will do as
+    # well, because each member exists only once.
+    __hash__ = object.__hash__
 
     NODE = 'node'
     PUBLISHER = 'publisher'

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 
 class ReadyAggregator:
-    """Counts the calls of `ready_fn`, one for each part, and calls the given function at the last call."""
+    """Calls a function when the last of several parts is ready. Each part says so by calling `ready_fn`."""
 
     def __init__(self, ready_fn: Callable[[], object], num_to_aggregate: int) -> None:
         self._call = ready_fn

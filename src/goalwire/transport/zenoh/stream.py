@@ -66,7 +66,7 @@ class StreamState(Generic[T]):
         self._seen: dict[bytes, int] = {}
         self._answered: dict[bytes, int] = {}
         self._runs: dict[bytes, list[tuple[int, int]]] = {}
-        """The first and last numbers of the runs after gaps that no answer has filled."""
+        """The runs behind gaps that no answer has filled, by gid: the first and last number of each run."""
 
     def ask(self) -> str | None:
         """Return the query for the history; None if another query is open. `end` must follow."""

@@ -369,9 +369,10 @@ class Link:
         self.push_forms.clear()
 
     def _take_request(self, data: bytes, at: int, end: int) -> int:
-        """Take a query of the other side; return its end.
+        """Take a query of the other side; return the position after it in `data`.
 
-        The requests of one querier differ little, so all but the first are read by a form.
+        The requests of one querier differ little. So the first one is kept as a form, and of each later one
+        only the differences are read.
         """
         header = data[at]
         request, start = read_request_id(data, at + 1)

@@ -70,7 +70,7 @@ class TypeWatch:
         return name in self._asking
 
     def close(self) -> None:
-        """Stop asking."""
+        """Stop asking the nodes for definitions of types."""
         for task in list(self._asking.values()):
             task.cancel()
 

@@ -28,7 +28,9 @@ from goalwire.transport.dds.cyclone.waitset import CLOSING_S
 from goalwire.transport.dds.cyclone.wire import Participant, RawSample, Reader, Writer
 
 PATIENCE_S = 0.1
-"""How long a sender waits for another thread's delivery: not longer, as two may wait for each other."""
+"""The longest time in s for which a sender waits until another thread has delivered. The wait is limited,
+because two senders may wait for each other.
+"""
 
 
 class ReaderDispatcher:
