@@ -145,10 +145,11 @@ class WireSet(Protocol):
 
 
 class LeaderFollowers(WirePoller):
-    """One session's wire, and the threads that wait on it. The dict `_leader` has the leader under _LEAD.
+    """One session's wire, and the threads that wait on it.
 
-    It is a dict since `setdefault` takes the lead in a single step: wherever a signal's handler raises, no
-    thread that has left stays entered as the leader.
+    The leader stands in the dict `_leader`, under _LEAD. A thread takes the lead by `setdefault`, which is
+    one step: a signal's handler may raise before or after it, but not within it. So no thread that has left
+    stays entered as the leader.
     """
 
     def __init__(self, wire: WireSet, name: str) -> None:

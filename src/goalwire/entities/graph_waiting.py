@@ -173,7 +173,7 @@ class ServerWaitQueue:
         self._alarm = TimerEntry(self._look)
 
     def has_server(self) -> bool:
-        """Whether there is a server. An answer holds until the graph changes: saves twelve calls."""
+        """Return whether there is a server. The graph is asked only if it has changed since it had one."""
         version = self._graph.version
         if version == self._seen:
             return True

@@ -100,7 +100,10 @@ def _of_token(token: str, session: str, *, learns: bool) -> tuple[Questions, Que
 
 
 def need_of(entity: GraphEntity) -> Question:
-    """Return the question for an endpoint's owner: WATCH for a user of an action's feedback or result."""
+    """Return what the policy must allow the owner of an endpoint.
+
+    To read an action's feedback or results, WATCH is enough.
+    """
     subject = _subject(0, entity.name, dds_type(entity.type_name))
     wanted = _using(subject) if entity.kind in _USERS else _offering(subject)
     if Verb.WATCH in wanted.verbs and subject.action[1] != 'send_goal':

@@ -196,7 +196,7 @@ class MemoryReader:
     def _take_foreign(self, metadata: Metadata, atomic: AtomicView, pointer: Pointer) -> bytes | None:
         """Copy a chunk whose writer reuses it after a timeout; setting the watchdog bit restarts it."""
         if pointer.header >= layout.HEADERS:
-            raise ValueError(f'header {pointer.header} of {layout.HEADERS}')
+            raise ValueError(f'there is no header {pointer.header}: a segment has {layout.HEADERS}')
         atomic.fetch_or_u64(layout.WATCHDOGS_AT + pointer.header // 64 * 8, 1 << pointer.header % 64)
         try:
             chunk = _check(metadata, pointer)
@@ -260,7 +260,7 @@ def _check(metadata: Metadata, pointer: Pointer) -> tuple[int, int] | None:
     Raises ValueError for an impossible header.
     """
     if pointer.header >= layout.HEADERS:
-        raise ValueError(f'header {pointer.header} of {layout.HEADERS}')
+        raise ValueError(f'there is no header {pointer.header}: a segment has {layout.HEADERS}')
     at = pointer.header * _HEADER.size
     _, invalidated, generation, protocol, segment, offset, length = _HEADER.unpack_from(metadata.map, at)
     if invalidated or generation != pointer.generation:
