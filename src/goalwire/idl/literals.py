@@ -11,7 +11,8 @@ import re
 from goalwire.idl.model import Default, FieldType, Scalar, Shape, integer_range
 from goalwire.patterns import Pattern
 
-_BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
+BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
+"""The texts of booleans in definitions, in small letters."""
 _FLOAT32_MAX = 3.4028235677973366e38  # the least magnitude that rounds to infinity as a float32
 _LONGEST_NUMBER = 200  # characters; 64 bits in binary notation need only 67
 _ESCAPE = Pattern(r'\\(?:([0-7]{1,3})|x([0-9a-fA-F]{1,2})|u([0-9a-fA-F]{1,4})|(.))')
@@ -39,9 +40,9 @@ def parse_scalar(text: str, base: str, string_capacity: int = 0) -> Scalar:
     if base in ('string', 'wstring'):
         return _parse_string(text, string_capacity)
     if base == 'bool':
-        if text.lower() not in _BOOLEANS:
+        if text.lower() not in BOOLEANS:
             raise ValueError(f'{text!r} is not a bool (write true or false)')
-        return _BOOLEANS[text.lower()]
+        return BOOLEANS[text.lower()]
     if base in ('float32', 'float64'):
         return _parse_float(text, base)
     return _parse_integer(text, base)

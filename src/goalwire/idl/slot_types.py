@@ -9,8 +9,8 @@ from goalwire.idl.model import FieldType, Shape
 if TYPE_CHECKING:
     from rosidl_parser.definition import AbstractNestableType, AbstractType
 
-# The names that the types bool, byte, char and the floats of .msg files have in IDL.
-_IDL_NAMES = {'bool': 'boolean', 'byte': 'octet', 'char': 'uint8', 'float32': 'float', 'float64': 'double'}
+IDL_NAMES = {'bool': 'boolean', 'byte': 'octet', 'char': 'uint8', 'float32': 'float', 'float64': 'double'}
+"""The names of primitive types in IDL by their names in .msg files, if the two names differ."""
 _MSG_NAMES = {'boolean': 'bool', 'octet': 'byte', 'float': 'float32', 'double': 'float64'}
 
 
@@ -20,7 +20,7 @@ def type_text(type_: FieldType) -> str:
         package, _, name = type_.base.split('/')
         text = f'{package}/{name}'
     else:
-        text = _IDL_NAMES.get(type_.base, type_.base)
+        text = IDL_NAMES.get(type_.base, type_.base)
     if type_.string_capacity:
         text += f'<{type_.string_capacity}>'
     if type_.shape is Shape.ARRAY:
@@ -53,7 +53,7 @@ def _nestable(type_: FieldType) -> AbstractNestableType:
         if type_.string_capacity:
             return (idl.BoundedWString if wide else idl.BoundedString)(type_.string_capacity)
         return idl.UnboundedWString() if wide else idl.UnboundedString()
-    return idl.BasicType(_IDL_NAMES.get(type_.base, type_.base))
+    return idl.BasicType(IDL_NAMES.get(type_.base, type_.base))
 
 
 def from_slot_type(slot: object) -> FieldType:

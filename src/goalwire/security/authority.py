@@ -17,8 +17,8 @@ from typing import Any
 from cryptography import x509
 
 from goalwire.errors import SecurityError
-from goalwire.security import certificates, enrollment, revocation, storage
-from goalwire.security.keystore import KINDS, Keystore
+from goalwire.security import KINDS, certificates, enrollment, revocation, storage
+from goalwire.security.keystore import Keystore
 from goalwire.security.policy_file import load_policy
 
 MOST_AT_ONCE = 32

@@ -29,9 +29,6 @@ from goalwire.security import certificates, revocation, storage
 from goalwire.security.certificates import IDENTITY_LIFE, Pair
 from goalwire.security.policy_text import FIRST_POLICY, add_identity
 
-KINDS = ('robot', 'person', 'program', 'router')
-"""The kinds of identities. Data that a router forwards is subject to that router's rules."""
-
 LARGEST = 1 << 20
 """The largest size of a file of a keystore, in bytes."""
 

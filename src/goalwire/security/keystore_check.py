@@ -12,8 +12,8 @@ from datetime import timedelta
 from goalwire.errors import SecurityError
 from goalwire.files import why_others_write
 from goalwire.records import record
-from goalwire.security import certificates, revocation
-from goalwire.security.keystore import KINDS, Keystore
+from goalwire.security import KINDS, certificates, revocation
+from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Policy, Verb
 from goalwire.security.policy_file import load_policy
 

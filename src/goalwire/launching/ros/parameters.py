@@ -21,6 +21,7 @@ from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.notation import parse_substitution
 from goalwire.launching.values import (
+    SCALARS,
     describe_text,
     is_substitution,
     normalize_to_list_of_substitutions,
@@ -32,7 +33,6 @@ from goalwire.launching.values import (
 )
 
 SomeParameters: TypeAlias = Sequence[Any]
-_SCALARS = (bool, int, float, str)
 _NO_SEQUENCE = (
     'Expected a non-empty sequence whose items are all bool, all int, all float or all str, but got {!r:.100}'
 )
@@ -300,12 +300,12 @@ def by_yaml(text: str) -> Any:
             f"but '{text:.100}' is a {type(found).__name__}; "
             'ParameterValue(…, value_type=str), or type="str" of <param>, keeps it a text'
         )
-    return found if isinstance(found, _SCALARS) else text
+    return found if isinstance(found, SCALARS) else text
 
 
 def _uniform(items: list[Any]) -> tuple[Any, ...]:
     kinds = {type(item) for item in items}
-    if not items or (len(kinds) == 1 and kinds <= set(_SCALARS)):
+    if not items or (len(kinds) == 1 and kinds <= set(SCALARS)):
         return tuple(items)
     if kinds <= {int, float}:
         return tuple(float(item) for item in items)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final, TypeAlias
 
+from goalwire.idl.literals import BOOLEANS
 from rosidl_adapter._names import (
     VALID_MESSAGE_NAME_PATTERN,
     VALID_PACKAGE_NAME_PATTERN,
@@ -23,7 +24,6 @@ PRIMITIVE_TYPES: Final = [
     'int64', 'uint64', 'string', 'wstring', 'duration', 'time',
 ]  # fmt: skip
 _STRINGS = ('string', 'wstring')
-_BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
 
 
 class InvalidValue(Exception):
@@ -189,9 +189,9 @@ def parse_primitive_value_string(type_: Type, value_string: str) -> Primitive:
         raise ValueError('the passed type must be a non-array primitive type')
     name = type_.type
     if name == 'bool':
-        if value_string.lower() not in _BOOLEANS:
+        if value_string.lower() not in BOOLEANS:
             raise InvalidValue(name, value_string, "must be either 'true' / '1' or 'false' / '0'")
-        return _BOOLEANS[value_string.lower()]
+        return BOOLEANS[value_string.lower()]
     if name in _STRINGS:
         return _string(type_, value_string)
     if name in ('float32', 'float64'):

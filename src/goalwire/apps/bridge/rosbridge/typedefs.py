@@ -7,9 +7,7 @@ from typing import Any
 from goalwire.idl.model import FieldType, MessageDefinition, Shape
 from goalwire.idl.registry import message_definition
 from goalwire.idl.rosidl_compat import definition_of
-
-_NAMES = {'bool': 'boolean', 'byte': 'octet', 'float32': 'float', 'float64': 'double', 'char': 'uint8'}
-"""rosapi's names of primitive types by their names in definitions, if the two names differ."""
+from goalwire.idl.slot_types import IDL_NAMES
 
 
 def typedefs(cls: Any) -> list[dict[str, Any]]:
@@ -33,7 +31,7 @@ def _typedef(definition: MessageDefinition) -> dict[str, Any]:
     return {
         'type': _short(definition.full_name),
         'fieldnames': [field.name for field in fields],
-        'fieldtypes': [_short(_NAMES.get(field.type.base, field.type.base)) for field in fields],
+        'fieldtypes': [_short(IDL_NAMES.get(field.type.base, field.type.base)) for field in fields],
         'fieldarraylen': [_array_length(field.type) for field in fields],
         'examples': [_example(field.type) for field in fields],
         'constnames': [constant.name for constant in definition.constants],

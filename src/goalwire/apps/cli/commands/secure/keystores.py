@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.security import KINDS
 from goalwire.security.environment import keystore_folder
 
 if TYPE_CHECKING:
     from goalwire.security.keystore import Keystore
-
-KINDS = ('robot', 'person', 'program', 'router')
 
 
 def add_keystore_argument(parser: ArgumentParser) -> None:
