@@ -19,7 +19,7 @@ def facts() -> dict[str, str]:
         'goalwire': f'{version("goalwire")}, commit {_commit()}',
         'Python': platform.python_version(),
         'Zenoh': f"goalwire's own session and eclipse-zenoh {_installed('eclipse-zenoh')}, loopback TCP",
-        'DDS': f'libddsc of cyclonedds {_installed("cyclonedds")}, loopback UDP',
+        'DDS': f"goalwire's own session and libddsc of cyclonedds {_installed('cyclonedds')}, loopback UDP",
         'rclpy': f'{real_rclpy.NEWEST[0].rpartition("==")[2]} of PyPI, Fast DDS with its shared memory',
         'machine': f'{_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}',
         'load before': ' '.join(f'{load:.2f}' for load in os.getloadavg()),

@@ -8,6 +8,7 @@ from benchmarks.line import FIGURES, Of
 from benchmarks.measuring import Measured
 from benchmarks.subjects import (
     DDS,
+    DDS_LIBRARY,
     ECLIPSE,
     PEER,
     PEER_EVENTS,
@@ -37,6 +38,7 @@ GOALWIRE = {
     ZENOH_NO_LOOK.name: 'no look',
     ECLIPSE.name: "eclipse-zenoh's session",
     DDS.name: 'DDS',
+    DDS_LIBRARY.name: "libddsc's session",
     PEER: 'rclpy beside',
     REFERENCE: 'reference',
 }
@@ -58,6 +60,7 @@ FLOORS = {
     ECLIPSE.name: "eclipse-zenoh's session",
     RAW_ECLIPSE.name: 'eclipse-zenoh alone',
     DDS.name: 'DDS',
+    DDS_LIBRARY.name: "libddsc's session",
     RAW_DDS.name: 'libddsc alone',
 }
 """The columns of the table of raw wires, each behind what stands on it."""

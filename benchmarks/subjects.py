@@ -1,4 +1,4 @@
-"""Who is measured: goalwire on its own Zenoh session, eclipse-zenoh's and DDS; rclpy; the raw wires."""
+"""Who is measured: goalwire on its own sessions, eclipse-zenoh's and libddsc; rclpy; the raw wires."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from helpers.environments import CannotInstall
 from benchmarks import ROOT, spinning
 from benchmarks.line import Line
 from goalwire.errors import TransportError
+from goalwire.transport import dds
 from goalwire.transport.dds.cyclone.library import find_library
 
 Program: TypeAlias = Callable[[Line], list[str]]
@@ -77,7 +78,8 @@ ZENOH_EVENTS = Subject(
 ZENOH_MULTI = Subject(
     'goalwire on Zenoh, MultiThreadedExecutor', 'rmw_zenoh_cpp', spinning_program, {**NATIVE, **MULTI}
 )
-DDS = Subject('goalwire on DDS', 'rmw_cyclonedds_cpp', own_program)
+DDS = Subject('goalwire on DDS', 'rmw_cyclonedds_cpp', own_program, {dds.CHOICE: dds.NATIVE})
+DDS_LIBRARY = Subject('goalwire on libddsc', 'rmw_cyclonedds_cpp', own_program, {dds.CHOICE: dds.CYCLONE})
 RAW_NATIVE = Subject('its session alone', 'rmw_zenoh_cpp', floor('benchmarks.floors.native'))
 RAW_NATIVE_NO_LOOK = RAW_NATIVE._replace(name='its session alone, no look', env=NO_LOOK)
 RAW_ECLIPSE = Subject('eclipse-zenoh alone', 'rmw_zenoh_cpp', floor('benchmarks.floors.zenoh'))
@@ -95,6 +97,7 @@ RAW = {
     ZENOH_NO_LOOK.name: RAW_NATIVE_NO_LOOK.name,
     ECLIPSE.name: RAW_ECLIPSE.name,
     DDS.name: RAW_DDS.name,
+    DDS_LIBRARY.name: RAW_DDS.name,
 }
 """The wire that each goalwire is held against: with the same settings."""
 
@@ -111,8 +114,8 @@ def has_dds() -> bool:
 def everybody(*, with_peers: bool = True) -> tuple[list[Subject], str]:
     """Return all subjects that can be had here, and why the real rclpy is not among them."""
     subjects = [
-        ZENOH, RAW_NATIVE, ZENOH_NO_LOOK, RAW_NATIVE_NO_LOOK, TCP, ECLIPSE, RAW_ECLIPSE, DDS, RAW_DDS,
-        ZENOH_EVENTS, ZENOH_MULTI,
+        ZENOH, RAW_NATIVE, ZENOH_NO_LOOK, RAW_NATIVE_NO_LOOK, TCP, ECLIPSE, RAW_ECLIPSE, DDS, DDS_LIBRARY,
+        RAW_DDS, ZENOH_EVENTS, ZENOH_MULTI,
     ]  # fmt: skip
     if not with_peers:
         return subjects, 'nobody asked for it'

@@ -17,6 +17,7 @@ from benchmarks.lines import asyncio_calls, image
 from benchmarks.measuring import Failed, Measured, measure, run
 from benchmarks.subjects import (
     DDS,
+    DDS_LIBRARY,
     ECLIPSE,
     PEER,
     RAW_DDS,
@@ -48,6 +49,7 @@ MEASURED = Measured(
         TCP.name: [{'p50': 10.0}],
         ECLIPSE.name: [{'p50': 100.0}],
         DDS.name: [{'p50': 20.0}],
+        DDS_LIBRARY.name: [{'p50': 40.0}],
         PEER: [{'p50': 200.0}, {'p50': 200.0}, {'p50': 200.0}],
     },
     {RAW_DDS.name: 'it is not here'},
@@ -83,8 +85,9 @@ def test_the_report_shows_goals_figures_and_who_could_not_be_measured() -> None:
     text = markdown.report({'Python': '3'}, [MEASURED], '')
     assert '| a call | Zenoh | p50 | 50 µs | ≤ 0.5 of the reference | 0.5 | yes | 0.25 | yes |' in text
     assert '| a call | no look | p50 | 80 µs | ≤ 7 of Python on TCP | 8 | **no** |' in text
-    assert "| work | Zenoh | no look | eclipse-zenoh's session | DDS | rclpy beside | reference |" in text
-    assert '| a call: p50, µs | 50 (100%) | 80 (0%) | 100 (0%) | 20 (0%) | 200 (0%) | 100 |' in text
+    goalwire = "Zenoh | no look | eclipse-zenoh's session | DDS | libddsc's session"
+    assert f'| work | {goalwire} | rclpy beside | reference |' in text
+    assert '| a call: p50, µs | 50 (100%) | 80 (0%) | 100 (0%) | 20 (0%) | 40 (0%) | 200 (0%) | 100 |' in text
     assert '- a call: it is not here' in text
 
 
