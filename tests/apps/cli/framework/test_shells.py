@@ -110,11 +110,14 @@ def stranger(world: dict[str, str]) -> Iterator[Program]:
 def test_no_name_of_a_stranger_is_run(
     shell: str, world: dict[str, str], workshop: Program, stranger: Program, tmp_path: Path
 ) -> None:
-    """A word begun, the tabulator, Return: the line that results is run in a folder that stays empty."""
+    """A word begun, the tabulator, Return: the line that results is run in a folder that stays empty.
+
+    With --help a command looks for no topic: only what the shell does with the line is tried.
+    """
     folder = tmp_path / 'here'
     folder.mkdir()
     lines = ['ros2 node info /node0_', 'ros2 topic echo --once --timeout 1 /typed0_ ']
-    lines += [f'ros2 topic type /topic{at}_' for at in range(len(HOSTILE))]
+    lines += [f'ros2 topic type --help /topic{at}_' for at in range(len(HOSTILE))]
     with prompt(shell, world, tmp_path) as shown:
         shown.press(f'cd {folder}; echo mo""ved\r'.encode())
         shown.sees('moved')
