@@ -13,6 +13,7 @@ from typing import Any
 
 from goalwire.apps.bridge.foxglove import frames
 from goalwire.apps.bridge.foxglove.client import Client
+from goalwire.apps.bridge.foxglove.type_requests import TypeRequests
 from goalwire.cdr import codec
 from goalwire.errors import GoalwireError, UnknownInterfaceError
 from goalwire.observe.goal_topics import cancel_request
@@ -40,7 +41,7 @@ class Services:
         self._client = client
         self._numbers = count(1)
         self._services: dict[Shown, int] = {}
-        self._asked: set[str] = set()
+        self._requests = TypeRequests(client, self.update)
         self._goals: dict[tuple[str, bytes], asyncio.Task[Any]] = {}
         """By action and goal id: the send_goal calls of goals whose result the client does not have yet.
 
@@ -69,7 +70,7 @@ class Services:
         for part, name in (('request', 'Request'), ('response', 'Response')):
             schema, _ = schema_of(f'{service.type_name}_{name}')
             if not schema.encoding:
-                self._ask_for(service.type_name)
+                self._requests.ask_for(service.type_name)
                 return None
             parts[part] = {
                 'encoding': frames.ENCODING,
@@ -80,19 +81,6 @@ class Services:
             parts[f'{part}Schema'] = schema.text  # for clients of the protocol's first version
         number = self._services[service] = next(self._numbers)
         return {'id': number, 'name': service.name, 'type': service.type_name, **parts}
-
-    def _ask_for(self, type_name: str) -> None:
-        if type_name not in self._asked:
-            self._asked.add(type_name)
-            self._client.start(self._fetch(type_name))
-
-    async def _fetch(self, type_name: str) -> None:
-        try:
-            await self._client.hub.interfaces.find(type_name, type_name.split('/')[1])
-        except UnknownInterfaceError as error:
-            self._client.tell(str(error), frames.WARNING)
-        else:
-            self.update()
 
     def call(self, request: frames.ServiceRequest) -> None:
         """Begin a call."""

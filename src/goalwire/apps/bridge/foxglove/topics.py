@@ -15,11 +15,11 @@ from goalwire.apps.bridge.foxglove.client import (
     numbers_of,
     objects_of,
 )
+from goalwire.apps.bridge.foxglove.type_requests import TypeRequests
 from goalwire.apps.bridge.hub import full_name
 from goalwire.apps.bridge.outbox import Frame
 from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.cdr import codec
-from goalwire.errors import UnknownInterfaceError
 from goalwire.graph.names import is_part_of_action
 from goalwire.records import record
 from goalwire.rosbag2.definitions import schema_of
@@ -41,8 +41,7 @@ class ShownTopics:
         self._client = client
         self._numbers = count(1)
         self._channels: dict[Channel, int] = {}
-        self._asked: set[str] = set()
-        """The unknown types whose definitions were requested from nodes."""
+        self._requests = TypeRequests(client, self.update)
         self._subscriptions: dict[int, _Subscription] = {}
 
     def update(self) -> None:
@@ -64,9 +63,7 @@ class ShownTopics:
     def _description(self, channel: Channel) -> dict[str, Any] | None:
         schema, _ = schema_of(channel.type_name)
         if not schema.encoding:
-            if channel.type_name not in self._asked:
-                self._asked.add(channel.type_name)
-                self._client.start(self._fetch(channel.type_name))
+            self._requests.ask_for(channel.type_name)
             return None
         number = self._channels[channel] = next(self._numbers)
         return {
@@ -77,14 +74,6 @@ class ShownTopics:
             'schema': schema.text,
             'schemaEncoding': schema.encoding,
         }
-
-    async def _fetch(self, type_name: str) -> None:
-        try:
-            await self._client.hub.interfaces.find(type_name, type_name.split('/')[1])
-        except UnknownInterfaceError as error:
-            self._client.tell(str(error), frames.WARNING)
-        else:
-            self.update()
 
     async def subscribe(self, fields: Fields) -> None:
         """Begin subscriptions, whose ids the client chooses."""
