@@ -181,11 +181,6 @@ def _difference(where: str, field: str, *, now: bool, was: bool | None) -> list[
     return [] if was in {None, now} else [Difference(where, field, str(now), str(was))]
 
 
-def _status_name(status: int) -> str:
-    names = {each.value: each.name for each in GoalStatus}
-    return names.get(status, str(status))
-
-
 def _show(message: Any) -> str:
     fields = ', '.join(f'{name}={getattr(message, name)!r}' for name in message.get_fields_and_field_types())
     return f'({fields if len(fields) <= SHOWN_REQUEST else fields[:SHOWN_REQUEST] + "…"})'
