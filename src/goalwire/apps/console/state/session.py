@@ -22,7 +22,7 @@ from goalwire.apps.console.state.robot_model import Meshes
 from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
 from goalwire.apps.console.state.sending import Sender
 from goalwire.apps.console.state.stopping import Answer, Listener, release, stop
-from goalwire.apps.console.state.topics import Reading, Topics
+from goalwire.apps.console.state.topics import Topics
 from goalwire.apps.console.state.type_watch import TypeWatch
 from goalwire.apps.console.state.vitals import Vitals
 from goalwire.observe.goals import GoalTable
@@ -64,12 +64,11 @@ class Session:
         self.presses = Presses(self.stop)
         self._robots: dict[str, tuple[RobotWatch, int]] = {}
         self._selected: Counter[str] = Counter()
-        self._log_reading: Reading | None = None
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
         history = goalwire.QoS(depth=1000, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
-        self._log_reading = self.topics.read('/rosout', 'rcl_interfaces/msg/Log', self.logs.take, history)
+        self.topics.read('/rosout', 'rcl_interfaces/msg/Log', self.logs.take, history)
         self._look()
         loop = asyncio.get_running_loop()
         self._tasks = [loop.create_task(self._follow_graph()), loop.create_task(self._tick())]
