@@ -111,6 +111,16 @@ def test_nothing_can_be_sent_while_a_recording_is_shown(stage: Stage, open_page:
     assert 'goalwire_console' not in stage.command('ros2 node list')
 
 
+def test_a_page_has_animations_unless_its_user_wants_none(open_page: OpenPage, url: str) -> None:
+    page = open_page(url)
+    glow = page.wait_for_selector('[data-play] .q-focus-helper', state='attached')
+    lasts = 'glow => getComputedStyle(glow).transitionDuration'
+    page.emulate_media(reduced_motion='no-preference')
+    assert glow.evaluate(lasts) == '0.3s, 0.4s'
+    page.emulate_media(reduced_motion='reduce')
+    assert glow.evaluate(lasts) == '0s'
+
+
 def test_a_console_that_has_gone_is_told_and_the_page_goes_on_with_the_next_one(
     stage: Stage, open_page: OpenPage, tmp_path: Path
 ) -> None:
