@@ -218,11 +218,21 @@ LATE_USES = {
 }
 
 
-@pytest.mark.parametrize('executor', ['SingleThreadedExecutor', 'MultiThreadedExecutor'])
-@pytest.mark.parametrize('use', LATE_USES)
+@pytest.mark.parametrize(
+    ('use', 'executor'),
+    [
+        *((use, 'SingleThreadedExecutor') for use in LATE_USES),
+        ('publish', 'MultiThreadedExecutor'),
+        *(
+            pytest.param(use, 'MultiThreadedExecutor', marks=[pytest.mark.slow, pytest.mark.long])
+            for use in ('call', 'create', 'node')
+        ),
+    ],
+)
 def test_a_callback_that_goes_on_after_sigterm_ends_the_program_as_usual(
     tmp_path: Path, isolated: dict[str, str], use: str, executor: str
 ) -> None:
+    """A use fails because its context has ended: under the second executor each run has one use."""
     end = 'os.kill(os.getpid(), signal.SIGTERM); ended.wait()'
     text = LATE.format(end=end, late=LATE_USES[use], executor=executor)
     file = script(tmp_path, text)
