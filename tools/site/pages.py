@@ -22,7 +22,7 @@ _BLOCKS = re.compile(r'(^```.*?^```$)', re.MULTILINE | re.DOTALL)
 
 
 class Pages:
-    """Writes the pages into a folder. Files of the source that a page links to become pages, too."""
+    """Writes the pages into a folder. What a page links to in the source becomes a page, too."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -58,7 +58,7 @@ class Pages:
         """Return a link as it is on the site, where only docs/ keeps its places."""
         target = (page.parent / link).resolve()
         if not target.is_relative_to(DOCS) and target not in MOVED:
-            self._sources.add(target)
+            self._sources |= {target, *_files_of(target)}
         return Path(os.path.relpath(self._place(target), self._place(page).parent)).as_posix()
 
     def _place(self, file: Path) -> Path:
@@ -73,8 +73,16 @@ class Pages:
         target = self._folder / self._place(file)
         target.parent.mkdir(parents=True, exist_ok=True)
         name = file.relative_to(ROOT).as_posix()
-        text = file.read_text(encoding='utf-8')
-        target.write_text(f'---\norphan: true\n---\n# {name}\n\n````python\n{text}````\n', encoding='utf-8')
+        if file.is_dir():
+            text = ''.join(f'- [{each.name}]({file.name}/{each.name}.md)\n' for each in _files_of(file))
+        else:
+            text = f'````python\n{file.read_text(encoding="utf-8")}````\n'
+        target.write_text(f'---\norphan: true\n---\n# {name}\n\n{text}', encoding='utf-8')
+
+
+def _files_of(folder: Path) -> list[Path]:
+    """Return the programs in a folder; none for a file."""
+    return sorted(folder.glob('*.py'))
 
 
 def contents(file: Path) -> str:
