@@ -9,6 +9,7 @@ import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 from helpers.console import DATA, PROGRAMS, Stage, picture
@@ -51,6 +52,15 @@ def hung(console: Program) -> Iterator[None]:
         yield
     finally:
         console.send_signal(signal.SIGCONT)
+
+
+def watch_alice(stage: Stage, open_page: OpenPage) -> tuple[Program, Program, Any]:
+    """Start a robot and a console, and open a page that can stop the robot."""
+    alice = robot(stage)
+    console, url = stage.console()
+    page = open_page(f'{url}?view=services&robot=/alice')
+    page.wait_for_selector('[data-estop]')
+    return alice, console, page
 
 
 def seconds_until_failed(page: Any) -> float:
@@ -104,10 +114,7 @@ def test_a_request_stops_without_a_web_socket_and_a_press_is_done_once(stage: St
 def test_a_console_that_hangs_is_told_and_the_late_answer_to_stop_is_shown(
     stage: Stage, open_page: OpenPage
 ) -> None:
-    alice = robot(stage)
-    console, url = stage.console()
-    page = open_page(f'{url}?view=services&robot=/alice')
-    page.wait_for_selector('[data-estop]')
+    alice, console, page = watch_alice(stage, open_page)
     page.evaluate(STATES)
     page.evaluate(TIMEOUTS)
     page.evaluate('() => { window.same = true; }')
@@ -132,10 +139,7 @@ def test_a_console_that_hangs_is_told_and_the_late_answer_to_stop_is_shown(
 
 
 def test_a_browser_without_a_network_says_at_once_that_stop_failed(stage: Stage, open_page: OpenPage) -> None:
-    alice = robot(stage)
-    _, url = stage.console()
-    page = open_page(f'{url}?view=services&robot=/alice')
-    page.wait_for_selector('[data-estop]')
+    alice, _, page = watch_alice(stage, open_page)
     page.fill('[data-filter]', 'stop')
     page.evaluate(STATES)
     page.evaluate('() => { window.same = true; }')
@@ -158,10 +162,7 @@ def test_a_browser_without_a_network_says_at_once_that_stop_failed(stage: Stage,
 
 
 def test_a_press_goes_on_by_a_request_if_the_web_socket_is_lost(stage: Stage, open_page: OpenPage) -> None:
-    alice = robot(stage)
-    _, url = stage.console()
-    page = open_page(f'{url}?view=services&robot=/alice')
-    page.wait_for_selector('[data-estop]')
+    alice, _, page = watch_alice(stage, open_page)
     page.evaluate('() => { socket.io.reconnection(false); socket.io.engine.close(); }')
     page.wait_for_selector('[data-lost]')
     page.click('[data-estop]')
@@ -175,10 +176,7 @@ def test_a_press_goes_on_by_a_request_if_the_web_socket_is_lost(stage: Stage, op
 
 
 def test_a_report_outlives_a_reload_and_its_late_answer_too(stage: Stage, open_page: OpenPage) -> None:
-    alice = robot(stage)
-    console, url = stage.console()
-    page = open_page(f'{url}?view=services&robot=/alice')
-    page.wait_for_selector('[data-estop]')
+    alice, console, page = watch_alice(stage, open_page)
     with hung(console):
         page.keyboard.press('Pause')
         page.wait_for_selector('[data-stop-report=failed]')
@@ -194,7 +192,7 @@ def test_a_report_outlives_a_reload_and_its_late_answer_too(stage: Stage, open_p
         page.wait_for_selector('[data-stop-report=failed]')
         console.kill()
     page.evaluate('() => { window.same = true; }')
-    stage.console('--port', url.rstrip('/').rpartition(':')[2])
+    stage.console('--port', str(urlsplit(page.url).port))
     until(page, '() => window.same === undefined')
     page.wait_for_selector('[data-stop-report=failed]:has-text("the robot may still move")')
     page.wait_for_selector('[data-banner=stopped]')
@@ -230,7 +228,7 @@ def test_half_filled_forms_outlive_a_console_that_is_started_anew(stage: Stage, 
     console.kill()
     page.wait_for_selector('[data-lost]')
     picture(page, 'form-lost')
-    again(page, lambda: stage.console('--port', url.rstrip('/').rpartition(':')[2]))
+    again(page, lambda: stage.console('--port', str(urlsplit(page.url).port)))
     page.wait_for_selector('.gw-title:text-is("/fill")')
     until(page, """() => document.querySelector('[data-field="parts[1].label"]')?.value === 'second'""")
     picture(page, 'form-kept')

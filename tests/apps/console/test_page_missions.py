@@ -11,6 +11,8 @@ from helpers.console import CONSOLE, Stage, picture
 from helpers.page import confirm, view
 from helpers.patience import BROWSER, wait_for
 
+OpenPage = Callable[[str], Any]
+
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 
@@ -35,16 +37,20 @@ def run_mission(stage: Stage, journal: Path, name: str, *arguments: str) -> Any:
     return stage.program(CONSOLE, *command)
 
 
-def test_an_approval_is_given_by_a_button(
-    stage: Stage, open_page: Callable[[str], Any], tmp_path: Path
-) -> None:
-    journal = tmp_path / 'missions.db'
-    (tmp_path / 'asks.py').write_text(ASKS, encoding='utf-8')
-    runner = run_mission(stage, journal, f'{tmp_path / "asks.py"}:ask')
+def watch_a_question(stage: Stage, open_page: OpenPage, folder: Path) -> tuple[Any, Any]:
+    """Start a mission that asks, and a page that shows it; return its runner and the page."""
+    journal = folder / 'missions.db'
+    (folder / 'asks.py').write_text(ASKS, encoding='utf-8')
+    runner = run_mission(stage, journal, f'{folder / "asks.py"}:ask')
     runner.expect('asks: carry 7 kg', BROWSER)
     _, url = stage.console('--missions', str(journal))
     page = open_page(url)
     view(page, 'missions')
+    return runner, page
+
+
+def test_an_approval_is_given_by_a_button(stage: Stage, open_page: OpenPage, tmp_path: Path) -> None:
+    runner, page = watch_a_question(stage, open_page, tmp_path)
     page.wait_for_selector('[data-question=m]:has-text("carry 7 kg?")')
     page.click('[data-question=m] [data-say=yes]')
     runner.expect('^Mission succeeded: True', BROWSER)
@@ -53,7 +59,7 @@ def test_an_approval_is_given_by_a_button(
 
 
 def test_a_lost_step_is_shown_with_its_evidence_and_done_again_after_a_question(
-    stage: Stage, open_page: Callable[[str], Any], tmp_path: Path
+    stage: Stage, open_page: OpenPage, tmp_path: Path
 ) -> None:
     journal, executions = tmp_path / 'missions.db', tmp_path / 'executions.txt'
     server = (str(executions), '0.5', '5.0', str(tmp_path / 'drive.goals'))
@@ -77,15 +83,9 @@ def test_a_lost_step_is_shown_with_its_evidence_and_done_again_after_a_question(
 
 
 def test_an_open_mission_whose_runner_was_killed_says_that_nobody_runs_it(
-    stage: Stage, open_page: Callable[[str], Any], tmp_path: Path
+    stage: Stage, open_page: OpenPage, tmp_path: Path
 ) -> None:
-    journal = tmp_path / 'missions.db'
-    (tmp_path / 'asks.py').write_text(ASKS, encoding='utf-8')
-    runner = run_mission(stage, journal, f'{tmp_path / "asks.py"}:ask')
-    runner.expect('asks: carry 7 kg', BROWSER)
-    _, url = stage.console('--missions', str(journal))
-    page = open_page(url)
-    view(page, 'missions')
+    runner, page = watch_a_question(stage, open_page, tmp_path)
     page.wait_for_selector('tr[data-key=m]:has-text("approval")')
     assert page.locator('text=obody runs it').count() == 0
     runner.kill()
@@ -94,14 +94,14 @@ def test_an_open_mission_whose_runner_was_killed_says_that_nobody_runs_it(
         '[data-question=m]:has-text("its runner takes the answer when it is started again")'
     )
     page.click('[data-question=m] [data-say=yes]')
-    run_mission(stage, journal, f'{tmp_path / "asks.py"}:ask').expect('^Mission succeeded: True', BROWSER)
+    run_mission(stage, tmp_path / 'missions.db', f'{tmp_path / "asks.py"}:ask').expect(
+        '^Mission succeeded: True', BROWSER
+    )
     page.wait_for_selector('tr[data-key=m]:has-text("succeeded")')
     assert page.locator('text=obody runs it').count() == 0
 
 
-def test_a_console_that_only_looks_has_no_buttons(
-    stage: Stage, open_page: Callable[[str], Any], tmp_path: Path
-) -> None:
+def test_a_console_that_only_looks_has_no_buttons(stage: Stage, open_page: OpenPage, tmp_path: Path) -> None:
     journal = tmp_path / 'missions.db'
     (tmp_path / 'asks.py').write_text(ASKS, encoding='utf-8')
     run_mission(stage, journal, f'{tmp_path / "asks.py"}:ask').expect('asks: carry 7 kg', BROWSER)

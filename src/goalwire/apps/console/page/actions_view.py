@@ -66,7 +66,7 @@ class ActionsView(View):
                         {'name': 'active', 'label': 'Active', 'align': 'right', 'width': '64px'},
                     ],
                     empty='No action servers yet.',
-                    on_row=self._turn_to,
+                    on_row=self.turning_to(self._choose),
                 )
             with ui.element('div').classes('gw-two').style('align-items: start'):
                 self._form_card = ui.element('div').classes('gw-card')
@@ -249,10 +249,6 @@ class ActionsView(View):
         self.page.tell(f'{count} goals are being cancelled')
 
     # -- sending ---------------------------------------------------------------------------------------------
-
-    def _turn_to(self, name: str) -> None:
-        self.page.draft = None
-        self._choose(name)
 
     def _choose(self, name: str) -> None:
         type_name = self.session.goal_watch.served.get(name)

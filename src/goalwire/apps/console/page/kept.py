@@ -29,7 +29,7 @@ class Kept:
     layout: str = ''
     """The layout of this tab; '' if it has none."""
     draft: str = ''
-    """What was typed in this tab before it was loaded anew; '' if there is nothing."""
+    """The text that was typed in this tab before it was loaded anew; '' if there is none."""
 
 
 async def ask_for_kept(client: Client) -> Kept:

@@ -45,7 +45,7 @@ class ParametersView(View):
                 self._table = LiveTable(
                     [{'name': 'name', 'label': 'Node', 'mono': True, 'wrap': True}],
                     empty='No node with parameters yet.',
-                    on_row=self._turn_to,
+                    on_row=self.turning_to(self._choose),
                 )
             self._detail = (
                 ui.element('div').classes('gw-card').style('overflow: auto').props('data-parameters')
@@ -117,10 +117,6 @@ class ParametersView(View):
             field = self._fields.get(name)
             if field is not None:
                 field.value = text == 'true' if isinstance(field, ui.switch) else text
-
-    async def _turn_to(self, name: str) -> None:
-        self.page.draft = None
-        await self._choose(name)
 
     def _row(self, node: str, parameter: RemoteParameter) -> None:
         with ui.element('div').classes('gw-field'):

@@ -74,7 +74,7 @@ class RobotView(View):
         self._names: list[str] = []
         self._place: tuple[float, float, float] | None = None
         self._offered: SendForm | None = None
-        """The form of the goal that the user is asked about; None if there is no question."""
+        """The form of the goal that the user is asked about; None if the user is not asked."""
         self._sent: object = None
         self._seen: object = None
         self._targets: dict[str, NavigationTarget] = {}

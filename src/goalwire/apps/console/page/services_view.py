@@ -64,7 +64,7 @@ class ServicesView(View):
                         {'name': 'type', 'label': 'Type', 'wrap': True},
                     ],
                     empty='No services yet.',
-                    on_row=self._turn_to,
+                    on_row=self.turning_to(self._choose),
                 )
             self._detail = ui.element('div').classes('gw-stack').style('overflow: auto')
             with self._detail, ui.element('div').classes('gw-card'):
@@ -104,10 +104,6 @@ class ServicesView(View):
         self._refresh_events()
 
     # -- one service -----------------------------------------------------------------------------------------
-
-    def _turn_to(self, name: str) -> None:
-        self.page.draft = None
-        self._choose(name)
 
     def _choose(self, name: str) -> None:
         types = dict(self.node.graph.services()).get(name)

@@ -74,7 +74,7 @@ class TopicsView(View):
                         {'name': 'rate', 'label': 'Rate', 'align': 'right', 'width': '84px'},
                     ],
                     empty='No topics yet.',
-                    on_row=self._turn_to,
+                    on_row=self.turning_to(self._choose),
                 )
             with (
                 ui.element('div').classes('gw-card').style('max-height: 47vh; overflow: auto') as self._detail
@@ -141,10 +141,6 @@ class TopicsView(View):
         self._table.put(rows)
 
     # -- one topic -------------------------------------------------------------------------------------------
-
-    def _turn_to(self, name: str) -> None:
-        self.page.draft = None
-        self._choose(name)
 
     def _choose(self, name: str) -> None:
         types = dict(self.node.graph.topics()).get(name)

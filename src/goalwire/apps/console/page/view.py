@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeVar
 
 from nicegui import Client, background_tasks, ui
 
@@ -18,6 +18,7 @@ from goalwire.errors import FieldValueError, GoalwireError, peer_text
 if TYPE_CHECKING:
     from goalwire.apps.console.state.session import Session
 
+T = TypeVar('T')
 Tone: TypeAlias = Literal['positive', 'negative', 'warning', 'info']
 
 
@@ -62,6 +63,15 @@ class View:
         """Return why the visitor may not see this view; '' if the visitor may."""
         return ''
 
+    def turning_to(self, choose: Callable[[str], T]) -> Callable[[str], T]:
+        """Return `choose` for a click of the visitor: typed text that waits to be shown again is dropped."""
+
+        def turn(name: str) -> T:
+            self.page.draft = None
+            return choose(name)
+
+        return turn
+
     def close(self) -> None:
         """End the view's subscriptions."""
 
@@ -93,7 +103,7 @@ class Page:
         self.layout = Layout()
         """What the visitor has arranged. A view begins with it, and writes its changes there."""
         self.draft: Draft | None = None
-        """What was typed and is not shown again yet."""
+        """The typed text that is not shown again yet."""
         self.plotted: dict[tuple[str, str], Series] = {}
         """By topic and path: the numbers that were plotted, which other views leave as they were."""
         self.view: View | None = None

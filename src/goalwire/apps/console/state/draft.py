@@ -1,4 +1,4 @@
-"""What a visitor has typed into a form and not sent. It comes from the browser, so each value is checked."""
+"""The text typed into a form and not sent yet. It comes from the browser, so each value is checked."""
 
 from __future__ import annotations
 
