@@ -259,6 +259,33 @@ def test_half_filled_forms_outlive_a_console_that_is_started_anew(stage: Stage, 
     page.wait_for_selector('text=Choose a service to call it.')
 
 
+def test_a_form_whose_service_is_away_waits_until_the_visitor_turns_to_another_one(
+    stage: Stage, open_page: OpenPage
+) -> None:
+    stage.robot()
+    for turns_away in (False, True):
+        assembler = stage.program(PROGRAMS / 'assembler.py')
+        assembler.expect('ready')
+        _, url = stage.console()
+        page = open_page(f'{url}?view=services')
+        row(page, '/fill')
+        page.fill('[data-field=speed]', 'fast')
+        assembler.kill()
+        page.wait_for_selector('tr[data-key="/fill"]', state='detached')
+        again(page, page.reload)
+        page.wait_for_selector('text=Choose a service to call it.')
+        if turns_away:
+            row(page, '/lamp')
+        back = stage.program(PROGRAMS / 'assembler.py')
+        page.wait_for_selector('tr[data-key="/fill"]')
+        page.fill('[data-filter]', 'fill')
+        page.wait_for_selector('tr[data-key="/lamp"]', state='detached')
+        page.wait_for_selector(f'.gw-title:text-is("{"/lamp" if turns_away else "/fill"}")')
+        if not turns_away:
+            until(page, "() => document.querySelector('[data-field=speed]')?.value === 'fast'")
+        back.kill()
+
+
 def test_half_filled_goals_messages_and_parameters_outlive_a_reload(
     stage: Stage, open_page: OpenPage
 ) -> None:
