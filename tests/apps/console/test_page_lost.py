@@ -72,9 +72,12 @@ def seconds_until_failed(page: Any) -> float:
 
 def press(url: str, values: Any, headers: dict[str, str] | None = None) -> tuple[int, str]:
     """Send a press as a page does, without a web socket; return the status and the answer."""
-    request = urllib.request.Request(
-        f'{url}console/stop', json.dumps(values).encode(), headers or {}, method='POST'
-    )
+    return post(url, json.dumps(values).encode(), headers)
+
+
+def post(url: str, body: bytes, headers: dict[str, str] | None = None) -> tuple[int, str]:
+    """Send these bytes as a press; return the status and the answer."""
+    request = urllib.request.Request(f'{url}console/stop', body, headers or {}, method='POST')
     try:
         with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
             return answer.status, answer.read().decode()
@@ -107,6 +110,8 @@ def test_a_request_stops_without_a_web_socket_and_a_press_is_done_once(stage: St
     no_ids: list[Any] = [[], {}, pressed | {'press': ''}, pressed | {'press': 'x' * 65}]
     for wrong in (*no_ids, pressed | {'robot': 7}):
         assert press(url, wrong)[0] == 400
+    for broken in (b'', b'{', b'\xff\xfe', b'[' * 100_000):
+        assert post(url, broken)[0] == 400
     assert press(url, pressed, {'Origin': 'http://elsewhere.example'})[0] == 403
     assert press(f'{url}../console/', pressed)[0] in {404, 405}
 

@@ -68,7 +68,7 @@ def install_stop(application: FastAPI, session: Session) -> None:
         """
         try:
             body = await request.json()
-        except ValueError:
+        except (ValueError, RecursionError):
             body = None
         pressed = read_press(body)
         if pressed is None:
