@@ -1,12 +1,10 @@
-"""The three services and two topics of an action server, and the watch for clients that have gone."""
+"""The three services and two topics of an action server."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import ExitStack
-from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from goalwire.entities.actions.action_service import ActionService
 from goalwire.entities.endpoint import describe_endpoint
@@ -14,21 +12,13 @@ from goalwire.entities.names import ResolvedAction
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.weak_methods import weakly
 from goalwire.records import record
 from goalwire.rules.goals import wire
 from goalwire.rules.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
 from goalwire.transport.contract import EndpointKind, Payload, PublisherPort, Request
 
-if TYPE_CHECKING:
-    from goalwire.graph.graph import Graph
-    from goalwire.transport.contract import GraphEntity
-
 Handle = Callable[[Request, Any], object]
 """Called with a request and its decoded content."""
-
-REMEMBERED = 1000
-"""How many of the clients that have gone are remembered, for goals of theirs that wait for the executor."""
 
 
 @record
@@ -112,30 +102,3 @@ class ActionServerEndpoints:
         return self._node.port.publisher(
             describe_endpoint(self._node, EndpointKind.PUBLISHER, name, support, qos, waits_for_room=patient)
         )
-
-
-class LostClients:
-    """Calls `lost`, on the graph's thread, with the gid of each client of the service `name` that goes."""
-
-    def __init__(self, graph: Graph, name: str, lost: Callable[[bytes], object]) -> None:
-        self._lost = weakly(lost)
-        self._lock = Lock()
-        self._gone: OrderedDict[bytes, None] = OrderedDict()
-        self._watch = graph.watch_counterparts(EndpointKind.SERVICE, name, weakly(self._note))
-
-    def _note(self, client: GraphEntity, is_there: bool) -> None:
-        with self._lock:
-            if is_there:
-                self._gone.pop(client.gid, None)  # the client is back: it was only out of reach
-                return
-            self._gone[client.gid] = None
-            if len(self._gone) > REMEMBERED:
-                self._gone.popitem(last=False)
-        self._lost(client.gid)
-
-    def __contains__(self, client: bytes) -> bool:
-        return client in self._gone
-
-    def close(self) -> None:
-        """Stop watching. Idempotent."""
-        self._watch.close()

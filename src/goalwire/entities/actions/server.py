@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.cdr import codec
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
-from goalwire.entities.actions.client_watch import ClientWatch
 from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
+from goalwire.entities.actions.lost_clients import ClientWatch
 from goalwire.entities.actions.server_decisions import ServerDecisions
 from goalwire.entities.actions.server_goal import (
     ActionCallbacks,

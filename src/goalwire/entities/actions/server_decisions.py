@@ -22,8 +22,8 @@ from goalwire.rules.goals import effects as effect
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.advice import ActionAdvice
-    from goalwire.entities.actions.client_watch import ClientWatch
     from goalwire.entities.actions.journal_file import JournalFile
+    from goalwire.entities.actions.lost_clients import ClientWatch
     from goalwire.entities.actions.server_results import ServerResults
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.goals.server import GoalServer

@@ -4,20 +4,26 @@ over their goals.
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable
 from functools import partial
 from heapq import heappop, heappush
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from goalwire.entities.actions.endpoints import LostClients
 from goalwire.execution.clock import ClockTimerEntry
 from goalwire.execution.ready_queue import CallSoon
 from goalwire.execution.weak_methods import weakly
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.entities.names import ResolvedAction
     from goalwire.entities.node import NodeCore
+    from goalwire.graph.graph import Graph
+    from goalwire.transport.contract import GraphEntity
+
+REMEMBERED = 1000
+"""How many of the clients that have gone are remembered, for goals of theirs that wait for the executor."""
 
 
 class ClientWatch:
@@ -86,3 +92,30 @@ class ClientWatch:
         self._alarm.cancel()
         for watch in self._watches:
             watch.close()
+
+
+class LostClients:
+    """Calls `lost`, on the graph's thread, with the gid of each client of the service `name` that goes."""
+
+    def __init__(self, graph: Graph, name: str, lost: Callable[[bytes], object]) -> None:
+        self._lost = weakly(lost)
+        self._lock = Lock()
+        self._gone: OrderedDict[bytes, None] = OrderedDict()
+        self._watch = graph.watch_counterparts(EndpointKind.SERVICE, name, weakly(self._note))
+
+    def _note(self, client: GraphEntity, is_there: bool) -> None:
+        with self._lock:
+            if is_there:
+                self._gone.pop(client.gid, None)  # the client is back: it was only out of reach
+                return
+            self._gone[client.gid] = None
+            if len(self._gone) > REMEMBERED:
+                self._gone.popitem(last=False)
+        self._lost(client.gid)
+
+    def __contains__(self, client: bytes) -> bool:
+        return client in self._gone
+
+    def close(self) -> None:
+        """Stop watching. Idempotent."""
+        self._watch.close()
