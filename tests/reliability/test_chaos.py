@@ -16,7 +16,7 @@ from helpers.outcomes import Outcomes
 from std_srvs.srv import Trigger
 
 import goalwire
-from goalwire.entities.actions.requests import LATE_S
+from goalwire.entities.actions.client_requests import LATE_S
 from goalwire.testing import VirtualClock
 from goalwire.transport.faults import (
     Delay,

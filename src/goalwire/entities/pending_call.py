@@ -13,7 +13,7 @@ Several threads may end a call: the one that brings the reply, the one on which 
 can come, the deadline's, the caller's, the one that ends the context. The first to take `end_lock` ends it
 and completes the future.
 
-Actions add to this in goalwire.entities.actions.requests. A subclass whose reply is more than a value
+Actions add to this in goalwire.entities.actions.client_requests. A subclass whose reply is more than a value
 overrides `on_reply` (`take_reply` says whether it is the first reply), `on_end`, `fail` and `discard`, which
 begin with `end()`. A subclass that goes on listening for a while overrides `discard_request`. A subclass with
 `waits = False` is sent without waiting for a server.

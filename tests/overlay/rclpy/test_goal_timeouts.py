@@ -19,7 +19,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.task import Future
 
-from goalwire.entities.actions import requests
+from goalwire.entities.actions import client_requests
 from goalwire.errors import DeadlineError, NoServerError, ServerLostError, ShutDownError, TooManyCallsError
 from goalwire.execution.monotonic import STEADY
 
@@ -118,7 +118,7 @@ def test_a_goal_that_is_accepted_too_late_is_cancelled(client: FibonacciClient, 
 def test_nobody_waits_for_ever_for_a_late_acceptance(
     client: FibonacciClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(requests, 'LATE_S', 0.01)
+    monkeypatch.setattr(client_requests, 'LATE_S', 0.01)
     let_go: Collector[object] = Collector()
     port: Any = client.goal_requests._port
     cancel = port.cancel
@@ -134,7 +134,7 @@ def test_nobody_waits_for_ever_for_a_late_acceptance(
 
 
 def test_only_the_latest_few_are_waited_for(client: FibonacciClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('goalwire.entities.actions.requests.LATE_LIMIT', 2)
+    monkeypatch.setattr('goalwire.entities.actions.client_requests.LATE_LIMIT', 2)
     for future in [client.send_goal_async(Goal()) for _ in range(5)]:
         assert isinstance(error_of(future), DeadlineError)
     assert len(client.goal_requests.late) == 2
@@ -230,7 +230,7 @@ def test_a_client_has_so_many_goals_and_no_more(
     client: FibonacciClient, arm: Arm, spin: Spin, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr('goalwire.entities.actions.client.PENDING_LIMIT', 3)
-    monkeypatch.setattr('goalwire.entities.actions.requests.PENDING_LIMIT', 3)
+    monkeypatch.setattr('goalwire.entities.actions.client_requests.PENDING_LIMIT', 3)
     client.call_timeout = PATIENCE
     sent = [client.send_goal_async(Goal()) for _ in range(3)]
     with pytest.raises(

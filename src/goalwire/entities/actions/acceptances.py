@@ -10,7 +10,7 @@ from goalwire.execution.event_queue import EventQueue
 if TYPE_CHECKING:
     from collections.abc import Container
 
-    from goalwire.entities.actions.requests import GoalCall
+    from goalwire.entities.actions.client_requests import GoalCall
     from goalwire.entities.node import NodeCore
     from goalwire.execution.future import Future
     from goalwire.transport.contract import Payload

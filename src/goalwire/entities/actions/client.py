@@ -18,10 +18,10 @@ from goalwire.cdr import codec
 from goalwire.entities.actions.acceptances import Acceptances
 from goalwire.entities.actions.blocking_calls import BlockingCalls
 from goalwire.entities.actions.client_goal import ClientGoalHandle, ResultFuture
+from goalwire.entities.actions.client_requests import LATE_S, ActionRequests, CancelCall, GoalCall
 from goalwire.entities.actions.client_results import GoalResults
 from goalwire.entities.actions.client_streams import ClientStreams
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.graph_waiting import (

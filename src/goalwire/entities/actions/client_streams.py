@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.entities.actions.client_goal import ResultFuture
+    from goalwire.entities.actions.client_requests import ActionSide
     from goalwire.entities.actions.endpoints import ActionQoS
-    from goalwire.entities.actions.requests import ActionSide
     from goalwire.entities.names import ResolvedAction
     from goalwire.entities.type_support import ActionSupport, MessageSupport
     from goalwire.execution.callback_groups import CallbackGroup
