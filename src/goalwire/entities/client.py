@@ -11,6 +11,7 @@ from goalwire.entities.graph_waiting import (
     ServerWaitQueue,
     await_graph,
 )
+from goalwire.entities.message_type_errors import explain_wrong_message
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import (
     NO_REASON,
@@ -23,7 +24,6 @@ from goalwire.entities.recorder_watch import watch_recorders
 from goalwire.entities.retrying import Retries
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
-from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import (
     CallError,
     DeadlineError,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Generic, cast
 
 from goalwire.cdr import codec
 from goalwire.entities.endpoint import describe_endpoint
+from goalwire.entities.message_type_errors import explain_wrong_message
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, MsgT, message_support
-from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import ClosedError, InvalidHandle
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort

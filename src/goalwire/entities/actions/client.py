@@ -28,10 +28,10 @@ from goalwire.entities.graph_waiting import (
     ServerWait,
     ServerWaitQueue,
 )
+from goalwire.entities.message_type_errors import explain_wrong_message
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import PENDING_LIMIT, unanswered
 from goalwire.entities.type_support import ActionSupport
-from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import (
     ClosedError,
     InvalidHandle,

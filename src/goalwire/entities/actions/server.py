@@ -24,9 +24,9 @@ from goalwire.entities.actions.server_goal import (
     ServerGoalHandle,
 )
 from goalwire.entities.actions.server_results import ServerResults
+from goalwire.entities.message_type_errors import explain_wrong_message
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
-from goalwire.entities.wrong_message import explain_wrong_message
 from goalwire.errors import (
     ClosedError,
     InvalidTransition,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.wrong_message import short_name
+from goalwire.entities.message_type_errors import short_name
 from goalwire.errors import ClosedError, TransportError
 from goalwire.places import at, function_place
 from goalwire.rules.goals import wire
