@@ -17,7 +17,7 @@ from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
-    from goalwire.entities.late_joiners import LateJoiners
+    from goalwire.entities.late_joiner_warnings import LateJoiners
     from goalwire.entities.loans import LoanedMessage
     from goalwire.entities.qos_events import EndpointEvents
     from goalwire.rules.statistics import PublisherStatistics
@@ -168,7 +168,7 @@ class PublisherCore(Generic[MsgT]):
 
     def tell_late_joiners(self) -> None:
         """Warn if a subscription comes after the last message and waits for it in vain."""
-        from goalwire.entities.late_joiners import LateJoiners
+        from goalwire.entities.late_joiner_warnings import LateJoiners
 
         if self._port is not None:
             self._late_joiners = LateJoiners(self.node, self._endpoint, self._published)

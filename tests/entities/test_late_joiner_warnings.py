@@ -9,7 +9,7 @@ import pytest
 from helpers.collector import Collector
 from std_msgs.msg import String
 
-from goalwire.entities import late_joiners
+from goalwire.entities import late_joiner_warnings
 from goalwire.entities.node import NodeCore
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.subscription import SubscriptionCore
@@ -29,7 +29,7 @@ HELLO = String(data='hello')
 @pytest.fixture
 def told(monkeypatch: pytest.MonkeyPatch) -> Iterator[Collector[str]]:
     """What is told, after 50 ms."""
-    monkeypatch.setattr(late_joiners, 'WAIT_S', 0.05)
+    monkeypatch.setattr(late_joiner_warnings, 'WAIT_S', 0.05)
     lines: Collector[str] = Collector()
 
     def note(record: LogRecord) -> None:
