@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.aio.entity import Entity
 from goalwire.execution.asyncio.waiting import AsyncQueue
-from goalwire.graph.mismatch import find_mismatches, opposite
+from goalwire.graph.name_conflicts import find_mismatches, opposite
 from goalwire.records import record
 from goalwire.rules.qos_compatibility import QoSCompatibility, check_compatible
 from goalwire.transport.contract import EndpointKind, GraphEntity

@@ -29,7 +29,7 @@ from goalwire.execution.timer_heap import TimerThread
 from goalwire.execution.waiting import ShutdownSignal
 from goalwire.execution.weak_methods import weakly
 from goalwire.graph.graph import Graph
-from goalwire.graph.mismatch import Mismatch
+from goalwire.graph.name_conflicts import Mismatch
 from goalwire.graph.scope import within
 from goalwire.places import at
 from goalwire.rules import domain

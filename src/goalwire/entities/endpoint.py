@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
 from goalwire.errors import RCLError
-from goalwire.graph.mismatch import opposite
+from goalwire.graph.name_conflicts import opposite
 from goalwire.places import caller_place
 from goalwire.rules import qos_best_available
 from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy

@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
-from goalwire.graph.mismatch import Mismatch, find_mismatches, opposite
+from goalwire.graph.name_conflicts import Mismatch, find_mismatches, opposite
 from goalwire.graph.names import NamesAndTypes, actions_among
 from goalwire.graph.watch import CounterpartWatch, CounterpartWatchers, Watch, Watchers
 from goalwire.locks import ForkableLock

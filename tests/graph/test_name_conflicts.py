@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import count
 
 from goalwire.graph.graph import Graph
-from goalwire.graph.mismatch import Mismatch, Reason
+from goalwire.graph.name_conflicts import Mismatch, Reason
 from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
 
