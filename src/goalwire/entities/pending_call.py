@@ -328,7 +328,7 @@ class PendingCall(Future[Any]):
         if attempts is None or context is None:
             self.fail(error)
             return
-        if attempts.is_early(error) or self.end_lock.locked() or not attempts.take_back():
+        if attempts.keep_if_early(error) or self.end_lock.locked() or not attempts.take_back():
             return
         context.context.deadlines.discard(attempts.patience)
         self.discard_request()

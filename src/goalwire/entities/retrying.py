@@ -121,8 +121,11 @@ class CallAttempts:
             self._early = None
         return early
 
-    def is_early(self, error: Exception) -> bool:
-        """Keep the failure of an attempt that is being sent: it cannot be taken back without its number."""
+    def keep_if_early(self, error: Exception) -> bool:
+        """If the attempt is still being sent, keep its failure for `on_send`, and return True.
+
+        A request can be taken back only when it has its number.
+        """
         with self._lock:
             if self._is_sending:
                 self._early = error
