@@ -81,7 +81,7 @@ def judge(node: Node, check: Callable[[], str | None]) -> GoalResponse:
 
 
 class GoalFailed(Exception):
-    """A goal cannot be continued, without a fault of the server; the text becomes the result's message."""
+    """A goal cannot go on, but the server has no fault. The text becomes the message of the result."""
 
 
 @contextmanager

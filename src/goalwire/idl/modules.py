@@ -122,7 +122,7 @@ def _find_misplaced(module: ModuleType, name: str) -> object:
 def _find_type(module: ModuleType, name: str) -> object:
     """Return a type, or a derived type, of <package>.msg, .srv or .action, and keep it as an attribute."""
     package, _, kind = module.__name__.partition('.')
-    if name.startswith('__') and name != '__all__':  # looked up by Python; no type has such a name
+    if name.startswith('__') and name != '__all__':  # only Python asks for such names
         raise _no_attribute(module, name)
     known = type_names(package, kind)
     if name == '__all__':

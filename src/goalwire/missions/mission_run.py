@@ -261,7 +261,7 @@ class MissionRun:
             await self._write(Change(self.row.id, (), MissionState.RUNNING))
 
     async def _replay_again(self) -> None:
-        """Run the code again of a mission that did not fit its journal."""
+        """Run the mission's code again, after it did not fit the journal."""
         await self._write(Change(self.row.id, (), MissionState.RUNNING))
         self._task = asyncio.ensure_future(self._main())
 

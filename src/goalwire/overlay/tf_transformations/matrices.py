@@ -78,7 +78,7 @@ def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
     unit = unit_vector(change[np.argmax(np.sum(change**2, axis=1))])
     factor = 1 - float(np.trace(change))
     if not np.allclose(change, (1 - factor) * np.outer(unit, unit)):
-        raise ValueError('the matrix does not scale by one factor')
+        raise ValueError('the matrix is not a scaling by one factor')
     return factor, _fixed_point(m), unit
 
 

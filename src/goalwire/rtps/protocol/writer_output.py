@@ -29,9 +29,9 @@ from goalwire.rtps.protocol.reader_proxy import ReaderProxy
 from goalwire.rtps.protocol.wire import Wire
 
 SAMPLES_A_HEARTBEAT = 32
-"""After so many samples readers are asked at once."""
+"""After so many samples all readers are asked at once which samples they lack."""
 SAMPLES_A_QUESTION = 256
-"""A reader is asked at once after so many samples for only this reader."""
+"""After so many samples that were sent to one reader alone, that reader is asked at once."""
 
 _HEADS = struct.Struct('<BBHIIBBHHH4s4siI')
 """INFO_TS, and DATA up to its inline QoS or payload, as one struct."""

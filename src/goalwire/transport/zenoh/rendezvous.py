@@ -277,7 +277,7 @@ class EmbeddedRouter:
             except Exception as error:  # a ZError: zenoh stops waiting for its own closing after 10 s
                 from goalwire.logging import get_logger
 
-                get_logger(LOGGER).warning(f'the Zenoh rendezvous did not close in order: {error}')
+                get_logger(LOGGER).warning(f'the embedded Zenoh router did not close properly: {error}')
 
 
 class Rendezvous:

@@ -43,7 +43,7 @@ MASK = (1 << 28) - 1
 """The bits of a sequence number, unless the handshake agreed on fewer."""
 
 HEAD_SIZE = 16
-"""Bytes that the length and the head of a frame or fragment take of a batch at most."""
+"""The most bytes that the length and the head of a frame or fragment take in a batch."""
 
 Buffer = bytes | memoryview
 

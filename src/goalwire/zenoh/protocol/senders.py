@@ -316,7 +316,7 @@ def _full_name(_session: SessionProtocol, _link: Link, key: str) -> WireKey:
 
 
 class _Asked(NamedTuple):
-    """A link that gets a query: the bytes before and after a request's number."""
+    """A link that gets a query, and the bytes of the query before and after the number of the request."""
 
     link: Link
     header: bytes

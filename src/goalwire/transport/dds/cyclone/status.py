@@ -46,7 +46,7 @@ class Peer(NamedTuple):
     speaks_fast_dds: bool
     """True if the peer's implementation is Fast DDS, whose services have no header."""
     server: str
-    """The id that the two ends of one server share."""
+    """The id by which the reader and the writer of one server are known to belong together."""
 
 
 def _peer(handle: int, gid: bytes, data: EndpointData) -> Peer:

@@ -38,7 +38,7 @@ def read_settings(text: str, *, is_yaml: bool) -> Settings:
     document = _from_yaml(text) if is_yaml else json5.read(text)
     values = document.value
     if not isinstance(values, dict):
-        raise json5.Json5Error('it holds no object: { … }')
+        raise json5.Json5Error('it must hold one object: { … }')
     for fault in schema.faults(values):
         line = _line_of(fault.path, document.lines)
         raise json5.Json5Error(f'{line}{fault.path} takes {fault.expected}')

@@ -70,7 +70,7 @@ def _goal_id(text: str) -> bytes:
     except ValueError:
         raise ArgumentTypeError(f"'{text}' is not a UUID, which has 32 hexadecimal digits") from None
     if not any(goal_id):
-        raise ArgumentTypeError(f"'{text}' is not an id of a goal: it means all goals")
+        raise ArgumentTypeError(f"'{text}' is not an id of a goal: in a request to cancel it means all")
     return goal_id
 
 
