@@ -7,7 +7,7 @@ from collections.abc import Coroutine
 from typing import Any
 
 from goalwire.apps.bridge.hub import Hub
-from goalwire.apps.bridge.settings import Permissions
+from goalwire.apps.bridge.permissions import Permissions
 from goalwire.errors import NotAllowedError
 
 MOST_UNDER_WAY = 1000

@@ -22,7 +22,8 @@ from websockets.typing import Subprotocol
 import goalwire
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
-from goalwire.apps.bridge.settings import Permissions, Settings
+from goalwire.apps.bridge.permissions import Permissions
+from goalwire.apps.bridge.settings import Settings
 from goalwire.errors import SecurityError, peer_text
 from goalwire.listening import cannot_listen, listen, unusable_tls_files
 from goalwire.records import replace

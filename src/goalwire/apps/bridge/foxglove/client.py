@@ -10,7 +10,7 @@ from goalwire.apps.bridge.client_tasks import ClientTasks
 from goalwire.apps.bridge.foxglove.frames import ERROR
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
-from goalwire.apps.bridge.settings import Permissions
+from goalwire.apps.bridge.permissions import Permissions
 
 Fields = Mapping[str, Any]
 

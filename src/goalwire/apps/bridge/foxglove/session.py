@@ -18,7 +18,7 @@ from goalwire.apps.bridge.foxglove.services import Services
 from goalwire.apps.bridge.foxglove.topics import PublishedTopics, ShownTopics
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
-from goalwire.apps.bridge.settings import Permissions
+from goalwire.apps.bridge.permissions import Permissions
 from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.errors import GoalwireError, peer_text
 

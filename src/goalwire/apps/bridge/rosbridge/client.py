@@ -10,9 +10,9 @@ from builtin_interfaces.msg import Time
 from goalwire.apps.bridge.client_tasks import ClientTasks
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Outbox
+from goalwire.apps.bridge.permissions import Permissions
 from goalwire.apps.bridge.rosbridge.encoding import COMPRESSIONS, cbor, frames, json_text
 from goalwire.apps.bridge.rosbridge.values import from_values
-from goalwire.apps.bridge.settings import Permissions
 
 Operation = Mapping[str, Any]
 LEVELS = ('none', 'error', 'warning', 'info')

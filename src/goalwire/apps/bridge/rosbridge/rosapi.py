@@ -12,9 +12,9 @@ from typing import Any
 
 from goalwire.apps.bridge.hub import Hub, full_name
 from goalwire.apps.bridge.interfaces import full_type_name
+from goalwire.apps.bridge.permissions import Permissions
 from goalwire.apps.bridge.rosbridge.rosapi_parameters import ParameterServices
 from goalwire.apps.bridge.rosbridge.typedefs import typedefs
-from goalwire.apps.bridge.settings import Permissions
 from goalwire.errors import FieldValueError
 from goalwire.graph.names import NamesAndTypes, is_part_of_action
 from goalwire.rosbag2.definitions import schema_of

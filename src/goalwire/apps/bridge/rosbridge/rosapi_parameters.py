@@ -9,7 +9,7 @@ from typing import Any
 from rcl_interfaces.msg import ParameterValue
 
 from goalwire.apps.bridge.hub import Hub, full_name
-from goalwire.apps.bridge.settings import Permissions
+from goalwire.apps.bridge.permissions import Permissions
 from goalwire.errors import CallError, FieldValueError, NotAllowedError
 from goalwire.observe.parameters import NodeParameters, nodes_with_parameters, plain_value
 from goalwire.rules.parameters.parameter import Parameter

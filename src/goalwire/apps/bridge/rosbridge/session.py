@@ -7,6 +7,7 @@ from typing import Any
 
 from goalwire.apps.bridge.hub import Hub
 from goalwire.apps.bridge.outbox import Frame, Outbox
+from goalwire.apps.bridge.permissions import Permissions
 from goalwire.apps.bridge.rosbridge.client import LEVELS, BadOperationError, Client, Operation, text_of
 from goalwire.apps.bridge.rosbridge.encoding import Assembler, BadMessageError, read_frame
 from goalwire.apps.bridge.rosbridge.publishing import Publishing
@@ -14,7 +15,6 @@ from goalwire.apps.bridge.rosbridge.sent_goals import SendingGoals
 from goalwire.apps.bridge.rosbridge.served_actions import ServingActions
 from goalwire.apps.bridge.rosbridge.services import Calling, ServingServices
 from goalwire.apps.bridge.rosbridge.subscribing import Subscribing
-from goalwire.apps.bridge.settings import Permissions
 from goalwire.errors import GoalwireError, did_you_mean
 
 Carry = Callable[[Operation], Awaitable[None]]

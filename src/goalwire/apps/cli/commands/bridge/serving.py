@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import goalwire
-from goalwire.apps.bridge.settings import Patterns, Permissions, Settings, check_pattern
+from goalwire.apps.bridge.permissions import Patterns, Permissions, check_pattern
+from goalwire.apps.bridge.settings import Settings
 from goalwire.apps.cli.framework.live import live
 from goalwire.apps.cli.framework.numbers import count, port, positive
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
