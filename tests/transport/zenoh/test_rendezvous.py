@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from helpers.collector import Collector
+from helpers.command_line import executable
 from helpers.held_up import HeldUp
 from helpers.isolation import free_port
 from helpers.patience import PATIENCE, wait_for
@@ -398,6 +399,37 @@ def test_a_real_router_that_dies_gets_its_port_back(
             again.expect('routing')
             later = open_side('later')
             later.graph.expect(EndpointKind.NODE, '/there')
+            there.write_line('close')
+            there.succeed()
+
+
+@pytest.mark.slow
+def test_a_router_with_security_that_dies_gets_its_port_back(
+    secured: dict[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    port: int,
+    open_side: OpenSide,
+) -> None:
+    """Programs with security took the port, and the router ended with "port ... is held by"."""
+    Keystore(tmp_path / 'keys').add('site', 'router', ())
+    of_router = secured | {'GOALWIRE_SECURITY': f'{tmp_path}/keys:site'}
+    monkeypatch.setenv('GOALWIRE_SECURITY', secured['GOALWIRE_SECURITY'])
+    with ExitStack() as stack:
+        router = stack.enter_context(Program(executable(), 'router', '--secure', env=of_router))
+        router.expect('listens on')  # before anybody else takes the port
+        there = stack.enter_context(Program(OPEN, 'there', env=secured))
+        ours = open_side('ours')
+        there.expect('open')
+        ours.graph.expect(EndpointKind.NODE, '/there')
+        wait_for(lambda: RENDEZVOUS.is_left(port))
+        router.kill()
+        router.wait()
+        time.sleep(5 * rendezvous.RETRY_S)  # what would take the port would do so now
+        assert not answers(port)
+        ours.graph.expect(EndpointKind.NODE, '/there')  # who had met stays together
+        with Program(executable(), 'router', '--secure', env=of_router) as again:
+            again.expect('listens on')
             there.write_line('close')
             there.succeed()
 

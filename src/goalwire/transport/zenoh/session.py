@@ -294,7 +294,8 @@ def _watch_port(context: ZenohContext, port: int) -> Declared:
     """Leave the rendezvous's port to a router that is not goalwire's as soon as the session meets one."""
 
     def on_router(zid: str, address: str) -> None:
-        if local_port([address], '') == port and not built_in.is_rendezvous_id(zid):
+        protocol = address.partition('/')[0]  # tls if this program has security, else tcp
+        if local_port([address], '', protocol) == port and not built_in.is_rendezvous_id(zid):
             RENDEZVOUS.leave_to_other(port)
 
     return context.wire.watch_routers(on_router)
