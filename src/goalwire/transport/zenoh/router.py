@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import zenoh
 
-from goalwire.errors import TransportError
+from goalwire.errors import AddressTakenError, TransportError
 from goalwire.security.environment import Chosen
 from goalwire.transport.zenoh import eclipse_library
 from goalwire.transport.zenoh.embedded_router import PORT_IS_TAKEN
@@ -20,7 +20,7 @@ from goalwire.transport.zenoh.settings.secured import rules_of
 def router(
     port: int, listen: Sequence[str], connect: Sequence[str], identity: Chosen | None = None
 ) -> Iterator[str]:
-    """Run a router in the block; yields its id. Raises TransportError.
+    """Run a router in the block; yields its id. Raises AddressTakenError and other TransportErrors.
 
     The router listens at `listen`, or on `port` of every address if `listen` is empty, and connects to the
     routers in `connect`. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE apply, as for rmw_zenoh's router.
@@ -33,7 +33,7 @@ def router(
         opened = eclipse_library.open_zenoh(settings)
     except zenoh.ZError as error:
         if PORT_IS_TAKEN in str(error):
-            raise TransportError(
+            raise AddressTakenError(
                 f'port {port} is held by {name_of_holder(port)}; end it first, or give another --port'
             ) from None
         raise TransportError(

@@ -75,6 +75,63 @@ def test_a_router_keeps_the_policy_and_takes_its_changes(line: CommandLine, tmp_
 
 
 @pytest.mark.slow
+def test_a_router_misses_no_change_of_the_policy_while_it_starts(line: CommandLine, tmp_path: Path) -> None:
+    """A change between the reading of the policy and the first look at its file was lost for good."""
+    line.ok('secure', 'init', 'keys')
+    line.ok('secure', 'add', 'site', '--router', '-k', 'keys')
+    policy = tmp_path / 'keys' / 'policy.toml'
+    secure = {**line.env, 'GOALWIRE_SECURITY': f'{tmp_path}/keys:site'}
+    with Program(executable(), 'router', '--secure', env=secure) as router:
+        for _ in range(6):
+            router.expect('listens on')
+            policy.write_text(policy.read_text() + '# changed\n')
+            router.expect('the router starts anew')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('stays', [False, True], ids=['for a moment', 'for good'])
+def test_a_router_that_starts_anew_waits_for_a_port_that_was_taken(
+    line: CommandLine, tmp_path: Path, *, stays: bool
+) -> None:
+    """A command that began at that moment offered the rendezvous, and the router ended for good."""
+    line.ok('secure', 'init', 'keys')
+    line.ok('secure', 'add', 'site', '--router', '-k', 'keys')
+    policy = tmp_path / 'keys' / 'policy.toml'
+    port = line.env['GOALWIRE_ROUTER_PORT']
+    secure = {**line.env, 'GOALWIRE_SECURITY': f'{tmp_path}/keys:site'}
+    with Program(executable(), 'router', '--secure', env=secure) as router:
+        router.expect('listens on')
+        with Program(TAKES_PORT, port) as other:
+            other.expect('ready')
+            found = ''
+            while 'is held by' not in found:  # the router may be quicker
+                policy.write_text(policy.read_text() + '# changed\n')
+                router.expect('the router starts anew')
+                found = router.expect('listens on|is held by .* the router tries again for 10 s').group()
+            if stays:
+                assert router.wait() == 10
+        if not stays:
+            router.expect('listens on')
+
+
+TAKES_PORT = """
+import socket, sys
+print('ready', flush=True)
+while True:
+    with socket.socket(socket.AF_INET6) as server:
+        try:
+            server.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 0)
+            server.bind(('::', int(sys.argv[1])))
+        except OSError:
+            continue
+        server.listen()
+        sys.stdin.readline()
+        break
+"""
+"""Listens on a port as soon as it is free."""
+
+
+@pytest.mark.slow
 def test_a_learnt_policy_allows_what_was_seen_and_no_more(line: CommandLine, tmp_path: Path) -> None:
     with (
         Program(ROOT / 'examples' / 'fibonacci_action_server.py', env=line.env) as counter,

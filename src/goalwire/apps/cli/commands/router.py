@@ -6,15 +6,17 @@ import os
 import signal
 from argparse import ArgumentParser, Namespace
 from threading import Event
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.numbers import port_to_name
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import tell
 from goalwire.apps.cli.framework.verbs import Noun, Verb
-from goalwire.errors import SecurityError
+from goalwire.errors import AddressTakenError, SecurityError
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from types import FrameType
 
     from goalwire.apps.cli.framework.output import Output
@@ -23,6 +25,14 @@ if TYPE_CHECKING:
 
 LOOK_S = 1.0
 """Seconds between two checks of the keystore's files for changes."""
+
+RETURN_S = 10.0
+"""How long a router that starts anew waits for its port. A program that started in that moment may have
+taken the port, as the first program of a machine does. Most such programs are commands, which end within
+seconds."""
+
+RETRY_S = 0.5
+"""Seconds between two attempts to take the port back; each attempt that fails costs 20 KiB for ever."""
 
 
 def _arguments(parser: ArgumentParser) -> None:
@@ -77,11 +87,40 @@ def _router(arguments: Namespace, output: Output) -> Outcome:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, on_signal)
     identity = _choose_identity(arguments)
+    recovery = _PortRecovery()
     while not ended.is_set():
-        with router(port, arguments.listen, arguments.connect, identity) as zid:
-            _tell(arguments, port, zid, output)
-            _wait(ended, identity)
+        seen = _look(identity)  # before the router reads the files, so that no change is missed
+        try:
+            with router(port, arguments.listen, arguments.connect, identity) as zid:
+                _tell(arguments, port, zid, output)
+                _wait(ended, identity, seen)
+        except AddressTakenError as error:
+            recovery.tell_or_raise(error)
+            ended.wait(RETRY_S)
+        else:
+            recovery.begin()
     return outcome
+
+
+class _PortRecovery:
+    """The attempts of a router that starts anew to take its port back. At its first start it has none."""
+
+    def __init__(self) -> None:
+        self._end = 0.0
+        self._is_told = False
+
+    def begin(self) -> None:
+        """Allow attempts from now on until `RETURN_S` are over."""
+        self._end = monotonic() + RETURN_S
+        self._is_told = False
+
+    def tell_or_raise(self, error: AddressTakenError) -> None:
+        """Say once that the port is taken; raise the error if the time for attempts is over."""
+        if monotonic() >= self._end:
+            raise error
+        if not self._is_told:
+            self._is_told = True
+            tell(f'{error}; the router tries again for {RETURN_S:.0f} s')
 
 
 def _choose_identity(arguments: Namespace) -> Chosen | None:
@@ -99,25 +138,39 @@ def _choose_identity(arguments: Namespace) -> Chosen | None:
     return identity
 
 
-def _wait(ended: Event, identity: Chosen | None) -> None:
-    """Wait until the router ends or the rules change, because Zenoh reads the rules only at the start."""
+def _files_of(identity: Chosen) -> tuple[Path, Path, Path]:
+    """Return the policy, the revocations and the certificate of an identity."""
+    return identity.folder / 'policy.toml', identity.folder / 'revoked.toml', identity.identity_path
+
+
+def _look(identity: Chosen | None) -> object:
+    """Return a value that changes with the files of an identity; None without one."""
+    if identity is None:
+        return None
+    from goalwire.security.file_changes import look_at
+
+    return look_at(_files_of(identity))
+
+
+def _wait(ended: Event, identity: Chosen | None, seen: object) -> None:
+    """Wait until the router ends or the rules change, because Zenoh reads the rules only at the start.
+
+    `seen` is how the files looked before the router read them.
+    """
     if identity is None:
         ended.wait()
         return
-    from goalwire.security.file_changes import look_at
     from goalwire.security.policy_file import load_policy
     from goalwire.security.revocation import load_revocations
 
-    policy = identity.folder / 'policy.toml'
-    files = (policy, identity.folder / 'revoked.toml', identity.identity_path)
-    seen = look_at(files)
+    policy, revocations, _ = _files_of(identity)
     while not ended.wait(LOOK_S):
-        now = look_at(files)
+        now = _look(identity)
         if now != seen:
             seen = now
             try:
                 load_policy(policy)
-                load_revocations(files[1])
+                load_revocations(revocations)
             except SecurityError as error:
                 tell(f'the keystore has changed, and the old one holds on: {error}')
                 continue
