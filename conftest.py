@@ -16,7 +16,7 @@ from helpers.isolation import claim_slot, isolated_env, keep_bytecode, log_direc
 from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
-from goalwire import logging, reports
+from goalwire import fault_reports, logging
 from goalwire.execution.signal_pipe import signal_pipe
 from goalwire.logging import LogRecord
 from goalwire.transport import registry
@@ -52,7 +52,7 @@ def nothing_left_behind() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def nothing_told_before() -> None:
     """What is logged once in a process is logged once in a test."""
-    reports._failures.clear()
+    fault_reports._failures.clear()
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import pytest
 
+from goalwire.fault_reports import RejectCounters, report_failure
 from goalwire.logging import LoggingSeverity, LogRecord
-from goalwire.reports import RejectCounters, report_failure
 
 
 class EndpointState(NamedTuple):

@@ -21,7 +21,7 @@ from time import monotonic
 from typing import TypeAlias
 
 from goalwire.concurrency.sigpipe import NO_SIGPIPE
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 
 IN, OUT = 1, 4
 """The values of EPOLLIN and EPOLLOUT."""

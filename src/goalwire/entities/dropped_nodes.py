@@ -13,7 +13,7 @@ from contextlib import suppress
 from threading import Thread
 from typing import TYPE_CHECKING
 
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 
 if TYPE_CHECKING:
     from goalwire.transport.contract import NodePort

@@ -13,7 +13,7 @@ from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.weak_methods import weakly
-from goalwire.reports import log_rejected
+from goalwire.fault_reports import log_rejected
 from goalwire.rules import reasons
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Payload, Port, Request

@@ -16,8 +16,8 @@ from goalwire.execution.callbacks import accepts, describe_given
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import deadline_after
+from goalwire.fault_reports import log_rejected
 from goalwire.records import replace
-from goalwire.reports import log_rejected
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Payload, Port, Sample
 from goalwire.transport.registry import select_identifier

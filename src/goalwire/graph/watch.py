@@ -12,8 +12,8 @@ from functools import partial
 from typing import Generic, ParamSpec, TypeAlias
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
+from goalwire.fault_reports import report_failure
 from goalwire.locks import ForkableLock
-from goalwire.reports import report_failure
 from goalwire.transport.contract import EndpointKind, GraphEntity
 
 P = ParamSpec('P')

@@ -22,7 +22,7 @@ from weakref import WeakSet
 from goalwire.concurrency.exits import Stage, at_exit, perform
 from goalwire.concurrency.forks import ForkGuard, in_child, leak
 from goalwire.errors import ClosedError, LocalError
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.transport.contract import NodePort, Port, Session
 
 OTHER_CLOSER_S = 15.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.transport.contract import GraphEntity, GraphListener
 
 Change: TypeAlias = tuple[bool, GraphEntity]

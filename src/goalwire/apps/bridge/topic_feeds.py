@@ -16,7 +16,7 @@ from goalwire.aio.raw import RawSubscription
 from goalwire.cdr import codec
 from goalwire.errors import DecodeError
 from goalwire.execution.asyncio.waiting import AsyncQueue
-from goalwire.reports import log_rejected
+from goalwire.fault_reports import log_rejected
 from goalwire.rules.qos import QoS, suiting
 from goalwire.transport.contract import Sample
 

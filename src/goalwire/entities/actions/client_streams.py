@@ -11,7 +11,7 @@ from goalwire.entities.endpoint import describe_endpoint
 from goalwire.errors import RemoteError
 from goalwire.execution.callbacks import advise_callback
 from goalwire.execution.event_queue import EventQueue
-from goalwire.reports import log_rejected
+from goalwire.fault_reports import log_rejected
 from goalwire.rules.goals.status import statuses_of
 from goalwire.rules.goals.table import GoalStatus
 from goalwire.transport.contract import EndpointKind, Sample

@@ -12,8 +12,8 @@ from goalwire.concurrency.forks import ForkGuard, open_privately
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import IN, Poller, Timer
 from goalwire.concurrency.wire_poller import SleepingThread
+from goalwire.fault_reports import RejectCounters
 from goalwire.host_addresses import LOOPBACK, LOOPBACK_V6, Interface, choose, find_interfaces
-from goalwire.reports import RejectCounters
 from goalwire.rtps.io.addresses import Reach, choose_announced_addresses, choose_announced_hosts, first_port
 from goalwire.rtps.io.interface_changes import InterfaceChanges
 from goalwire.rtps.io.settings import Settings

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.rtps.protocol.messages import header
 from goalwire.rtps.protocol.primitives import Address, PacketParts
 

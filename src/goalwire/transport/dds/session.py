@@ -14,8 +14,8 @@ from itertools import count
 from typing import Generic, NamedTuple, TypeVar
 
 from goalwire.concurrency.forks import ForkGuard
+from goalwire.fault_reports import RejectCounters
 from goalwire.records import replace
-from goalwire.reports import RejectCounters
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,

@@ -9,7 +9,7 @@ from threading import Event, Lock, Thread, current_thread
 from typing import Any, Protocol
 
 from goalwire.concurrency.threads import join_begun
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.transport.faults.kinds import Path
 
 

@@ -13,7 +13,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.errors import LocalError
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.rules.qos_events import PublisherEvent, SubscriptionEvent
 from goalwire.transport.contract import ClientPort, Loan, Port, PublisherPort, Request, Sample
 from goalwire.transport.faults.kinds import Kind, Moment, Packet

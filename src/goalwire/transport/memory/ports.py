@@ -15,7 +15,7 @@ from threading import Lock, RLock
 from time import time_ns
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import ClientPort, GraphEntity, PublisherPort, Request, Sample
 from goalwire.transport.endpoint import EndpointState, OpenPort, answered_before

@@ -22,7 +22,7 @@ from weakref import WeakValueDictionary
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import TransportError
-from goalwire.reports import RejectCounters, report_failure
+from goalwire.fault_reports import RejectCounters, report_failure
 from goalwire.transport.contract import GraphEntity
 from goalwire.transport.zenoh.wire import Wire
 

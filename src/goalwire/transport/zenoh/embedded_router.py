@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from goalwire.errors import AddressTakenError, TransportError
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.transport.zenoh.settings import environment
 from goalwire.transport.zenoh.settings.native import BeyondOursError, router_settings
 from goalwire.transport.zenoh.settings.values import Configuration

@@ -12,7 +12,7 @@ from time import time_ns
 from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.errors import ClosedError, TransportError
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.transport import contract
 from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.endpoint import EndpointState, OpenPort

@@ -23,8 +23,8 @@ from goalwire.concurrency.forks import forks_wait, in_child, leak, open_privatel
 from goalwire.concurrency.sigpipe import NO_SIGPIPE
 from goalwire.concurrency.threads import join_begun
 from goalwire.errors import ForkedError, TransportError
+from goalwire.fault_reports import LOGGER
 from goalwire.patterns import Pattern
-from goalwire.reports import LOGGER
 from goalwire.transport.endpoint import Shared, close_at_exit
 
 if TYPE_CHECKING:

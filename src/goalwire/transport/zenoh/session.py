@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.concurrency.descriptors import require_free
 from goalwire.errors import RemoteError, TransportError
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.security import is_asked_for
 from goalwire.transport import loopback
 from goalwire.transport.contract import (

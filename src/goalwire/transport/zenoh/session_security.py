@@ -13,7 +13,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from goalwire.errors import SecurityError
-from goalwire.reports import LOGGER, RejectCounters
+from goalwire.fault_reports import LOGGER, RejectCounters
 from goalwire.rules import reasons
 from goalwire.security import audit
 from goalwire.security.audited_moves import MOVES, Streams, write_entry

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.errors import SecurityError
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.security.environment import Chosen
 from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.questions import CERTIFICATE

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from goalwire.errors import peer_text
-from goalwire.reports import LOGGER, is_told
+from goalwire.fault_reports import LOGGER, is_told
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.primitives import show_id

@@ -13,7 +13,7 @@ from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import Poller, Timer
 from goalwire.concurrency.waiters import Waiters
 from goalwire.errors import TransportError
-from goalwire.reports import RejectCounters, report_failure
+from goalwire.fault_reports import RejectCounters, report_failure
 from goalwire.zenoh.io.backpressure import Backpressure
 from goalwire.zenoh.io.dialler import Dial
 from goalwire.zenoh.io.dials import Dials

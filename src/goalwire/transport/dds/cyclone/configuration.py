@@ -24,7 +24,7 @@ import re
 from collections.abc import Iterator
 
 from goalwire.errors import TransportError
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.transport.dds.environment import MOST_PARTICIPANTS, Range, discovery_range, static_peers
 from goalwire.transport.dds.peers import Unusable, resolve
 

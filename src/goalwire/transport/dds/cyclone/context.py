@@ -8,7 +8,7 @@ from typing import NamedTuple
 from goalwire.concurrency.descriptors import LibrarysSockets
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import TransportError
-from goalwire.reports import RejectCounters
+from goalwire.fault_reports import RejectCounters
 from goalwire.transport.dds.cyclone.abi import Library
 from goalwire.transport.dds.cyclone.configuration import domain_configuration
 from goalwire.transport.dds.cyclone.delivery import LocalReaders, ReaderDispatcher

@@ -22,7 +22,7 @@ from threading import Lock, Thread, get_ident
 from goalwire.concurrency.forks import ForkGuard
 from goalwire.concurrency.threads import join_begun
 from goalwire.errors import LocalError
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.transport.dds.cyclone.abi import TIMEOUT
 from goalwire.transport.dds.cyclone.waitset import CLOSING_S
 from goalwire.transport.dds.cyclone.wire import Participant, RawSample, Reader, Writer

@@ -14,7 +14,7 @@ from ctypes import c_void_p
 from typing import TypeVar
 
 from goalwire.errors import RemoteError
-from goalwire.reports import RejectCounters
+from goalwire.fault_reports import RejectCounters
 from goalwire.rules.qos import DEFAULT
 from goalwire.transport.dds.announcement import READ, WRITTEN, Announcement
 from goalwire.transport.dds.cyclone.abi import (

@@ -15,8 +15,8 @@ from time import monotonic_ns, time_ns
 from typing import NamedTuple, NoReturn, TypeAlias
 
 from goalwire.errors import RemoteError, TransportError
+from goalwire.fault_reports import log_rejected, report_failure
 from goalwire.records import replace
-from goalwire.reports import log_rejected, report_failure
 from goalwire.rules.qos import HistoryPolicy
 from goalwire.transport.contract import Endpoint, NodeName, Request, Sample, new_sample
 from goalwire.transport.dds.cyclone.context import CycloneContext, EndpointBuilder

@@ -16,7 +16,7 @@ from threading import Lock
 
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.threads import join_begun
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.transport.dds.cyclone.abi import INFINITY
 from goalwire.transport.dds.cyclone.wire import Participant, check
 

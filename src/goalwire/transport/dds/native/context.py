@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from goalwire.fault_reports import RejectCounters
 from goalwire.records import replace
-from goalwire.reports import RejectCounters
 from goalwire.rtps.io.session import RtpsSession
 from goalwire.rtps.protocol.primitives import PARTICIPANT
 from goalwire.rtps.protocol.writer import WriterListener

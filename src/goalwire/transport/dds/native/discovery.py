@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from goalwire.errors import RemoteError
-from goalwire.reports import RejectCounters
+from goalwire.fault_reports import RejectCounters
 from goalwire.rtps.protocol.announcements import EndpointData, ParticipantData
 from goalwire.rtps.protocol.discovery import ParticipantListener
 from goalwire.rtps.protocol.primitives import PARTICIPANT, Address, is_writer

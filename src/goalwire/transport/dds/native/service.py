@@ -8,7 +8,7 @@ from time import time_ns
 from typing import NamedTuple, TypeAlias
 
 from goalwire.errors import RemoteError
-from goalwire.reports import report_failure
+from goalwire.fault_reports import report_failure
 from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
 from goalwire.rtps.protocol.qos import RELIABLE
 from goalwire.rtps.protocol.reader import ReaderListener

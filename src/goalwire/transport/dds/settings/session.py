@@ -10,9 +10,9 @@ import os
 from typing import TYPE_CHECKING
 
 from goalwire.errors import TransportError
+from goalwire.fault_reports import LOGGER
 from goalwire.host_addresses import find_interfaces
 from goalwire.records import replace
-from goalwire.reports import LOGGER
 from goalwire.rtps.io.addresses import STANDARD, Ports, Reach, data_port
 from goalwire.rtps.io.settings import Settings
 from goalwire.transport.dds.environment import Range, discovery_range, static_peers

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 
 from goalwire.errors import TransportError
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.transport.zenoh.settings import environment, json5, schema
 from goalwire.transport.zenoh.settings.environment import Override
 from goalwire.transport.zenoh.settings.values import Configuration, Json, Settings

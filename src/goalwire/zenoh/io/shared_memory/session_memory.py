@@ -10,7 +10,7 @@ from threading import RLock
 from weakref import WeakSet
 
 from goalwire.concurrency.forks import ForkGuard, in_child, reset_in_children
-from goalwire.reports import LOGGER
+from goalwire.fault_reports import LOGGER
 from goalwire.zenoh.io.settings import MemorySettings
 from goalwire.zenoh.io.shared_memory.agreement import Agreement, OwnAuth, Partner
 from goalwire.zenoh.io.shared_memory.lender import Lender
