@@ -14,7 +14,6 @@ from pathlib import Path
 from example_interfaces.action import Fibonacci
 
 import goalwire
-from goalwire.entities.context import Context
 from goalwire.missions import Runner, mission, offer
 
 
@@ -29,10 +28,10 @@ class Robot:
 
     async def serve(self, stack: AsyncExitStack) -> None:
         """Serve until the stack is closed."""
-        context = Context()  # a session of its own, as a robot of its own has
-        context.init([])
+        # `robots`: the node has a session of its own, as on a robot of its own, and is told of this robot
+        # alone. A robot that is told of all others and of each client of theirs is busy with nothing else.
         node = await stack.enter_async_context(
-            goalwire.Node('body', namespace=f'/{self.name}', context=context)
+            goalwire.Node('body', namespace=f'/{self.name}', robots=self.name)
         )
         node.action_server(Fibonacci, 'drive', self.drive, journal=self.goals)
         missions = [mission(name=name, resume='auto')(self.deliver) for name in ('carry', 'lift')]

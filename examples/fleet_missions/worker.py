@@ -21,8 +21,11 @@ import goalwire
 
 FLEET = uuid.UUID('b3c9a2c4-3a55-4a0e-9c1d-6f4f3b6a1f10')
 SKILLS = 'carry', 'lift'
-AT_ONCE = 40
-"""How many missions of a skill a worker has in hand: those of other skills do not wait behind them."""
+AT_ONCE = 20
+"""How many missions of a skill a worker has in hand: those of other skills do not wait behind them.
+
+A worker that starts again looks up each of them in Postgres, also those that still wait for a robot.
+"""
 
 TURNS = {skill: asyncio.Lock() for skill in SKILLS}
 """Of the missions that wait for a robot only one of each skill looks for one, the first that came."""
@@ -77,24 +80,24 @@ async def carry_out(mission: str, robot: str, skill: str, order: int) -> str:
     The goal's id follows from the mission's, and the robot keeps it in its journal: asking twice is safe.
     """
     goal_id = uuid.uuid5(FLEET, mission)
-    is_there = await has_server(f'/{robot}/{skill}')
-    if not await World.leases.ask(mission, robot, is_there):
-        return ''
-    while True:
-        client = World.node.action(Fibonacci, f'/{robot}/{skill}')
-        try:
-            return await follow(client, goal_id, order)
-        except SERVER_GONE:
-            pass  # the robot is away; when it is back, its journal has what it did
-        except goalwire.GoalCanceled:
-            return 'canceled'
-        except goalwire.GoalAborted as error:
-            # Without the mission's own sentence it is the robot's program that ended, and not the mission.
-            if f'mission {goal_id.hex}' in str(error):
-                return f'failed: {error}'
-        finally:
-            client.close()
-        await asyncio.sleep(1.0)
+    client = World.node.action(Fibonacci, f'/{robot}/{skill}')
+    try:
+        if not await World.leases.ask(mission, robot, await is_there(client)):
+            return ''
+        while True:
+            try:
+                return await follow(client, goal_id, order)
+            except SERVER_GONE:
+                pass  # the robot is away; when it is back, its journal has what it did
+            except goalwire.GoalCanceled:
+                return 'canceled'
+            except goalwire.GoalAborted as error:
+                # Without the mission's own sentence the robot's program has ended, and not the mission.
+                if f'mission {goal_id.hex}' in str(error):
+                    return f'failed: {error}'
+            await asyncio.sleep(1.0)
+    finally:
+        client.close()
 
 
 async def follow(client, goal_id, order):
@@ -108,15 +111,12 @@ async def follow(client, goal_id, order):
     return 'succeeded'
 
 
-async def has_server(action):
-    """Return whether the robot's action is there, after a quarter of a lease at most."""
-    client = World.node.action(Fibonacci, action)
+async def is_there(client):
+    """Return whether the robot serves the action, after a quarter of a lease at most."""
     try:
         await client.wait_for_server(timeout=LEASE_S / 4)
     except goalwire.NoServerError:
         return False
-    finally:
-        client.close()
     return True
 
 
@@ -137,7 +137,7 @@ async def main():
             'application_version': '1',
         }
     )
-    async with goalwire.Node('fleet') as World.node:
+    async with goalwire.Node('fleet', robots='*') as World.node:  # it need not know of the other workers
         World.leases = Leases(url)
         await World.leases.open()
         DBOS.launch()
