@@ -1,4 +1,5 @@
 """A simulated fleet: python -m benchmarks.fleet [--robots 1,10,100] [--sites 1] [--slow] [--kill site-0].
+python -m benchmarks.fleet --robots 20 --sites 3 --slow --chaos MINUTES
 
 Robots with the humanoid's names, each with a session and a certificate of its own, some in a process, dial
 the routers of their sites. These dial a cloud, and an operator comes to the cloud, all with mutual TLS and
@@ -8,6 +9,9 @@ are up; what the operator's session is sent and the time until it knows one robo
 what one robot's session is sent; memory and processor time of the routers at rest. At last goals are sent to
 all robots, once for each router in --kill, and that router is killed (kill -9) and started again while all
 drive: how they ended, and how often each was run.
+
+With --chaos nothing of that is measured. Routers are killed and links are partitioned at random for so long,
+while goals and calls go to all robots. A table and a list of problems come at the end.
 """
 
 from __future__ import annotations
@@ -21,11 +25,13 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+from benchmarks.fleet.chaos import go_through_chaos
 from benchmarks.fleet.layout import Layout, ask_robot, cpu_s, last_line, memory_mb
 from benchmarks.fleet.programs import OPERATOR, SENDER
 
 REST_S = 10.0
 DRIVE_S = 20.0
+QUICK = ('--delay-ms', '0', '--mbit', '1000', '--stall-every', '0')
 SLOW = ('--delay-ms', '100', '--mbit', '10', '--stall-every', '60')
 
 
@@ -34,7 +40,7 @@ def standing(robots: int, chosen: argparse.Namespace) -> Iterator[tuple[Layout, 
     """Bring a fleet up, say what that took, and end it after the block."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        links = SLOW if chosen.slow else ()
+        links = SLOW if chosen.slow else QUICK if chosen.chaos else ()
         layout = Layout(folder, robots, chosen.sites, chosen.per_process, links, stack)
         layout.begin_routers()
         started = time.monotonic()
@@ -102,13 +108,19 @@ def main() -> None:
     parser.add_argument('--per-process', type=int, default=25, help='robots in one process')
     parser.add_argument('--slow', action='store_true', help='links of 100 ms and 10 Mbit/s that stall')
     parser.add_argument('--kill', default='site-0', help='the routers that die, such as cloud,site-0')
+    parser.add_argument('--chaos', type=float, default=0.0, metavar='MINUTES', help='kill and partition')
     chosen = parser.parse_args()
+    problems = 0
     for number in map(int, chosen.robots.split(',')):
         with standing(number, chosen) as (layout, programs):
+            if chosen.chaos:
+                problems += go_through_chaos(layout, programs, chosen.chaos * 60)
+                continue
             measure_attaching(layout)
             measure_rest(layout, programs)
             for victim in chosen.kill.split(','):
                 drive_through_a_death(layout, victim)
+    raise SystemExit(1 if problems else 0)
 
 
 if __name__ == '__main__':

@@ -38,11 +38,12 @@ class Layout:
         self.per_process = per_process
         self.running: dict[str, subprocess.Popen[str]] = {}
         """The routers by name."""
-        self.relays: list[subprocess.Popen[str]] = []
+        self.relays: dict[str, subprocess.Popen[str]] = {}
+        """The relay before each router, by the router's name."""
         self._stack = stack
         self._keystore = Keystore.create(folder / 'keys')
         self._listens = {name: free_port() for name in (CLOUD, *self.sites)}
-        self._dialled = {name: self._relay(port, links) for name, port in self._listens.items()}
+        self._dialled = {name: self._relay(name, port, links) for name, port in self._listens.items()}
         robots_of = {site: self._robots_of(number) for number, site in enumerate(self.sites)}
         for name, kind in [(name, 'router') for name in self._listens] + [('ann', 'person')]:
             self._keystore.add(name, kind, ())
@@ -73,13 +74,13 @@ class Layout:
     def _write(self, name: str, settings: Any) -> None:
         (self.folder / f'{name}.json5').write_text(json.dumps(settings), encoding='utf-8')
 
-    def _relay(self, server_port: int, links: Sequence[str]) -> int:
+    def _relay(self, name: str, server_port: int, links: Sequence[str]) -> int:
         """Return the port at which a router is dialled: its own, or that of a relay before it."""
         if not links:
             return server_port
         port = free_port()
         words = ['-m', 'benchmarks.fleet.slow_links', str(port), str(server_port), *links]
-        self.relays.append(self._start(words, 'ready'))
+        self.relays[name] = self._start([*words, '--control'], 'ready')
         return port
 
     # -- programs --------------------------------------------------------------------------------------------
@@ -101,6 +102,13 @@ class Layout:
         router.kill()
         router.wait()
 
+    def partition(self, name: str, seconds: float, *, everything: bool) -> None:
+        """Let no byte pass for some time on all relayed links to a router, or on one."""
+        relay = self.relays[name]
+        assert relay.stdin is not None
+        relay.stdin.write(f'partition {seconds:.1f} {"all" if everything else "one"}\n')
+        relay.stdin.flush()
+
     def serve(self) -> list[subprocess.Popen[str]]:
         """Start the robots, and wait until they serve."""
         programs = []
@@ -108,7 +116,7 @@ class Layout:
             last = min(first + self.per_process, self.robots)
             programs.append(self._start(['-c', ROBOTS, str(self.folder), str(first), str(last)]))
         for each in programs:
-            _expect(each, 'ready')
+            expect(each, 'ready')
         return programs
 
     def operate(self, program: str, *arguments: str, begins: str = '') -> subprocess.Popen[str]:
@@ -124,7 +132,7 @@ class Layout:
         self._stack.callback(started.wait)
         self._stack.callback(started.kill)
         if begins:
-            _expect(started, begins)
+            expect(started, begins)
         return started
 
     def runs(self) -> Counter[str]:
@@ -133,7 +141,7 @@ class Layout:
         return Counter(executed.read_text(encoding='utf-8').split() if executed.exists() else ())
 
 
-def _expect(program: subprocess.Popen[str], text: str) -> None:
+def expect(program: subprocess.Popen[str], text: str) -> None:
     """Wait until a program prints a line with this text."""
     assert program.stdout is not None
     while text not in (line := program.stdout.readline()):
