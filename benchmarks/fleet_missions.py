@@ -49,9 +49,8 @@ class Plan(NamedTuple):
     per_process: int = 25
     kill_every: float = 5.0
     """Seconds between two kills of a worker."""
-    restart_every: float = 15.0
-    """Seconds between two restarts of Postgres."""
     restarts: int = 10
+    """How often Postgres is restarted: as many missions end before each restart, and after the last one."""
     worker_kills: int = 1_000_000
     """After so many kills the workers are left alone."""
     robot_kills: int = 4
@@ -196,14 +195,14 @@ class Site:
 def disturb(site: Site, is_over: threading.Event) -> None:
     """Kill and restart by the plan, until the missions have ended."""
     plan = site.plan
-    next_restart = time.monotonic() + plan.restart_every
     while not is_over.wait(plan.kill_every):
         site.supervise()
         if site.kills['worker'] < plan.worker_kills:
             site.kill_worker()
-        if time.monotonic() >= next_restart and site.kills['Postgres'] < plan.restarts:
+        share = len(count(site.folder).ended) / plan.missions
+        restart = site.kills['Postgres'] + 1
+        if restart <= plan.restarts and share >= restart / (plan.restarts + 1):
             site.restart_database()
-            next_restart += plan.restart_every
             if site.kills['Postgres'] % 2 == 0 and site.kills['robots'] < plan.robot_kills:
                 site.kill_robots()
 

@@ -10,7 +10,7 @@ from helpers.postgres import find_programs
 
 from benchmarks.fleet_missions import Plan, carry_out
 
-PLAN = Plan(60, 6, 3, kill_every=2.0, restart_every=4.0, restarts=3, worker_kills=9, robot_kills=1)
+PLAN = Plan(60, 6, 3, kill_every=2.0, restarts=3, worker_kills=9, robot_kills=1)
 IN_TIME = 600.0
 
 
