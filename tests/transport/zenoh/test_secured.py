@@ -27,7 +27,7 @@ from goalwire.security.policy import Verb
 from goalwire.security.policy_file import load_policy
 from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.native_wire import NativeWire
-from goalwire.transport.zenoh.questions import CERTIFICATE
+from goalwire.transport.zenoh.policy_questions import CERTIFICATE
 from goalwire.transport.zenoh.session_security import LOOK_S, SessionSecurity
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.native_session import NativeSession

@@ -24,10 +24,10 @@ from goalwire.security.policy_file import load_policy
 from goalwire.security.refusal_counts import RefusalCounts
 from goalwire.security.renewal_thread import RenewalThread, is_possible
 from goalwire.security.revocation import load_revocations, why_refused
-from goalwire.transport.zenoh import questions
+from goalwire.transport.zenoh import policy_questions
+from goalwire.transport.zenoh.certificate_succession import Succession
 from goalwire.transport.zenoh.link_guard import LinkGuard
-from goalwire.transport.zenoh.questions import Question
-from goalwire.transport.zenoh.succession import Succession
+from goalwire.transport.zenoh.policy_questions import Question
 from goalwire.zenoh.io.identities import PeerCertificate
 from goalwire.zenoh.protocol.guard import Act, Witness
 from goalwire.zenoh.protocol.primitives import GENERIC
@@ -91,13 +91,13 @@ class SessionSecurity:
     def refusal(self, who: str, act: Act, key: str, session: str) -> str:
         """Return why an identity may not do something, as a text for that identity; '' if it may."""
         policy = self._policy
-        if questions.is_of_links(act, key, session):
+        if policy_questions.is_of_links(act, key, session):
             return ''
-        if act in questions.LEARNING:
-            asked = questions.any_of(act, key, session) or ()
+        if act in policy_questions.LEARNING:
+            asked = policy_questions.any_of(act, key, session) or ()
             is_allowed = any(not _why_not(policy, who, each) for each in asked)
             return '' if is_allowed or not policy.is_enforced else 'hidden'
-        every = questions.all_of(act, key, session)
+        every = policy_questions.all_of(act, key, session)
         if every is None:
             reason = f"'{who}' may not use the key '{key}', or not in the name of this session"
         else:
@@ -127,19 +127,19 @@ class SessionSecurity:
         get_logger(LOGGER).warning(f"'{who}': a {act.value} {what}: {reason}")
         # Written later: the session's section must not wait for a disk
         self._unwritten.append(write_entry(what, who, act.value, key, reason))
-        self.refusals.note(who, questions.describe(act, key), self._in_short(policy, reason))
+        self.refusals.note(who, policy_questions.describe(act, key), self._in_short(policy, reason))
 
     def count(self, who: str, act: Act, key: str) -> None:
         """Count an act that was refused."""
         self.refused.count(f'refused {act.value}', who)
-        self.refusals.count(who, questions.describe(act, key))
+        self.refusals.count(who, policy_questions.describe(act, key))
 
     # ---- acts that move the robot
 
     def witness(self, who: str, act: Act, key: str) -> Witness | None:
         """Return a function that audits an identity's acts on the key; None if they move nothing."""
         policy = self._policy
-        for question in questions.all_of(act, key, '') or ():
+        for question in policy_questions.all_of(act, key, '') or ():
             verb = question.verbs[0]
             if len(question.verbs) == 1 and policy.moves(verb, question.name, question.domain):
                 reason = policy.decide(who, verb, question.name, question.domain).reason

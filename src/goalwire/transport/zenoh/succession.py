@@ -8,7 +8,7 @@ from goalwire.errors import SecurityError
 from goalwire.fault_reports import LOGGER
 from goalwire.security.environment import Chosen
 from goalwire.transport.zenoh.link_guard import LinkGuard
-from goalwire.transport.zenoh.questions import CERTIFICATE
+from goalwire.transport.zenoh.policy_questions import CERTIFICATE
 from goalwire.zenoh.io.identities import PeerCertificate
 from goalwire.zenoh.protocol.primitives import show_id
 from goalwire.zenoh.protocol.senders import Publication

@@ -33,7 +33,7 @@ def run(arguments: Namespace, output: Output) -> None:
     """Watch the graph, and write a policy that allows what was seen."""
     from goalwire.security.learning import Need, write_policy
     from goalwire.security.storage import PUBLIC, create
-    from goalwire.transport.zenoh.questions import need_of
+    from goalwire.transport.zenoh.policy_questions import need_of
 
     needs: dict[Need, None] = {}
 
