@@ -17,7 +17,7 @@ from helpers.isolation import free_port
 from helpers.patience import wait_for
 
 from goalwire.errors import SecurityError
-from goalwire.security import certificates, enrollment, succession
+from goalwire.security import certificate_succession, certificates, enrollment
 from goalwire.security.authority import AuthorityServer
 from goalwire.security.bundle import export, import_identity
 from goalwire.security.environment import Chosen
@@ -198,15 +198,19 @@ def test_an_address_that_is_none_is_refused(keystore: Keystore, url: str) -> Non
 
 def test_a_certificate_is_shown_by_who_has_its_key_to_whom_it_is_meant_for(keystore: Keystore) -> None:
     pair = keystore.identity('robby')
-    shown = succession.show(pair, 'a1', 'b2')
-    assert succession.read_shown(shown, 'b2', keystore.trust()) == ('a1', pair.certificate)
+    shown = certificate_succession.show(pair, 'a1', 'b2')
+    assert certificate_succession.read_shown(shown, 'b2', keystore.trust()) == ('a1', pair.certificate)
     with pytest.raises(SecurityError, match='has not its key'):
-        succession.read_shown(shown, 'c3', keystore.trust())
+        certificate_succession.read_shown(shown, 'c3', keystore.trust())
     with pytest.raises(SecurityError, match='has not its key'):
-        succession.read_shown(shown.replace(b'"session": "a1"', b'"session": "c3"'), 'b2', keystore.trust())
+        certificate_succession.read_shown(
+            shown.replace(b'"session": "a1"', b'"session": "c3"'), 'b2', keystore.trust()
+        )
     forged = certificates.Pair(certificates.make_key(), pair.chain)
     with pytest.raises(SecurityError, match='has not its key'):
-        succession.read_shown(succession.show(forged, 'a1', 'b2'), 'b2', keystore.trust())
+        certificate_succession.read_shown(
+            certificate_succession.show(forged, 'a1', 'b2'), 'b2', keystore.trust()
+        )
 
 
 def test_an_identity_cannot_vouch_for_another(keystore: Keystore) -> None:
@@ -215,10 +219,12 @@ def test_an_identity_cannot_vouch_for_another(keystore: Keystore) -> None:
     now = certificates.now()
     forged = certificates.make_identity(robby, 'ann', 'robot', (now - DAY / 2, now + DAY))
     with pytest.raises(SecurityError, match='the certificate is not accepted'):
-        succession.read_shown(succession.show(forged, 'a1', 'b2'), 'b2', keystore.trust())
+        certificate_succession.read_shown(
+            certificate_succession.show(forged, 'a1', 'b2'), 'b2', keystore.trust()
+        )
 
 
 @pytest.mark.parametrize('message', [b'', b'[]', b'{}', b'{"session": "a"}', b'[' * 100_000, b'\xff'])
 def test_what_shows_no_certificate_is_refused(keystore: Keystore, message: bytes) -> None:
     with pytest.raises(SecurityError, match='the message shows no certificate'):
-        succession.read_shown(message, 'b2', keystore.trust())
+        certificate_succession.read_shown(message, 'b2', keystore.trust())

@@ -20,7 +20,7 @@ from helpers.secured_site import FEEDBACK, MARKER, OPEN, SERVICES, STRANGERS, TO
 from helpers.zenoh_sides import address
 
 from goalwire.errors import SecurityError, TransportError
-from goalwire.security import audit, succession
+from goalwire.security import audit, certificate_succession
 from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
@@ -476,7 +476,7 @@ def test_a_certificate_of_somebody_else_is_not_taken_over_a_link(
     before = link.guard.certificate
     stolen = keystore.renew('nobody', timedelta(days=90))
     publication = Publication(session.protocol, CERTIFICATE + target.wire.id)
-    publication.put(succession.show(stolen, session.id, target.wire.id))
+    publication.put(certificate_succession.show(stolen, session.id, target.wire.id))
     publication.close()
     _mark(session, target)
     assert link.guard.certificate == before

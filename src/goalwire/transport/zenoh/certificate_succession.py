@@ -48,12 +48,12 @@ class Succession:
                 get_logger(LOGGER).error(f'the renewed certificate cannot be shown: {error}')
 
     def _show(self, session: NativeSession, receiver: str) -> None:
-        from goalwire.security import succession
+        from goalwire.security import certificate_succession
         from goalwire.security.keystore import Keystore
 
         pair = Keystore(self._chosen.folder).identity(self._chosen.name)
         publication = Publication(session.protocol, CERTIFICATE + receiver)
-        publication.put(succession.show(pair, session.id, receiver))
+        publication.put(certificate_succession.show(pair, session.id, receiver))
         publication.close()
 
     def _take(self, session: NativeSession, sample: Sample) -> None:
@@ -66,10 +66,12 @@ class Succession:
             session.refuse('renewed certificate', error)
 
     def _take_certificate(self, session: NativeSession, message: bytes) -> None:
-        from goalwire.security import certificates, succession
+        from goalwire.security import certificate_succession, certificates
         from goalwire.security.keystore import Keystore
 
-        sender, found = succession.read_shown(message, session.id, Keystore(self._chosen.folder).trust())
+        sender, found = certificate_succession.read_shown(
+            message, session.id, Keystore(self._chosen.folder).trust()
+        )
         shown = PeerCertificate(
             certificates.common_name(found),
             certificates.kind_of(found),
