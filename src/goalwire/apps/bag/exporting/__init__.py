@@ -1,1 +1,1 @@
-"""Bags in the formats of other tools: a module for each."""
+"""Bags as Parquet and as pictures. The command `bag export` itself writes CSV and JSON lines."""
