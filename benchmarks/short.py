@@ -25,7 +25,7 @@ from benchmarks.subjects import DDS, NO_LOOK, RAW_DDS, RAW_NATIVE, TCP, ZENOH, S
 EXPECTED = Path(__file__).with_name('expected.json')
 BAND = 1.6
 """How many times the expected ratio is still taken for noise."""
-ROUNDS = 3
+ROUNDS = 2
 MORE_RUNS = 2
 """How often what seems slower is measured again: other programs are done by then, a doubling stays."""
 ACCEPTED_RUNS = 6
