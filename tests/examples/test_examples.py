@@ -183,7 +183,7 @@ def test_the_listener_learns_where_the_moon_is(start: Start) -> None:
         listener.expect(r'The moon is at -?\d+.\d+, -?\d+.\d+: 3.0 from the earth')
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_programs_end_quietly_when_they_are_stopped(start: Start, number: signal.Signals) -> None:
     programs = {name: start(name) for name in SPINNING}
     for name, program in programs.items():

@@ -105,7 +105,7 @@ long = pytest.mark.long, pytest.mark.timeout(3600)
 
 @pytest.mark.slow
 @pytest.mark.parametrize('boundaries', [some, pytest.param(every, marks=long)])
-@pytest.mark.parametrize('victims', ['runner', 'both'])
+@pytest.mark.parametrize('victims', [pytest.param('runner', marks=pytest.mark.long), 'both'])
 def test_each_goal_is_executed_once_or_the_mission_asks(
     monkeypatch: pytest.MonkeyPatch,
     gw_clock: VirtualClock,

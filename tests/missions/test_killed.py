@@ -148,7 +148,7 @@ def test_each_goal_is_executed_once_whoever_is_killed(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('end', [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize('end', [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.long)])
 @pytest.mark.parametrize('network', [ZENOH, pytest.param(DDS, marks=pytest.mark.long)])
 def test_an_order_that_is_sent_again_after_its_runner_has_ended_is_carried_out_once(
     network: str, end: signal.Signals, tmp_path: Path

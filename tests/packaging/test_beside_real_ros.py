@@ -21,6 +21,7 @@ REAL = ['ros-rclpy[fastrtps]', 'ros-std-srvs', 'ros-geometry-msgs']
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.long,
     pytest.mark.timeout(600),
     pytest.mark.skipif(not real_rclpy.EXISTS, reason=real_rclpy.WHY_NOT),
 ]
@@ -72,7 +73,7 @@ def _digest(file: Path) -> str:
     return 'sha256=' + base64.urlsafe_b64encode(digest).rstrip(b'=').decode()
 
 
-@pytest.fixture(scope='module', params=['real first', pytest.param('goalwire first', marks=pytest.mark.long)])
+@pytest.fixture(scope='module', params=['real first', 'goalwire first'])
 def both(
     request: pytest.FixtureRequest,
     pytestconfig: pytest.Config,

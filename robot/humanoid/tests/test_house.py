@@ -144,9 +144,7 @@ def test_a_door_that_closes_on_the_way_makes_it_plan_anew(robot: Robot, nav2: Se
     assert min(each.data for each in clearances.items) > 0.0
 
 
-def test_what_cannot_be_reached_is_refused_or_aborted_with_the_reason(
-    up: Program, robot: Robot, nav2: Senders
-) -> None:
+def test_what_cannot_be_reached_is_refused_with_the_reason(up: Program, robot: Robot, nav2: Senders) -> None:
     for x, frame, reason in (
         (5.5, 'map', r'the goal \(5.50, -1.00\) m is 0.00 m from a thing of the map'),
         (50.0, 'map', 'is off the map'),
@@ -156,6 +154,10 @@ def test_what_cannot_be_reached_is_refused_or_aborted_with_the_reason(
         with nav2.to(x, -1.0, frame=frame) as run:
             assert not run.accepted
         up.expect(f'Rejected: .*{reason}')
+
+
+@pytest.mark.long
+def test_what_can_no_longer_be_reached_is_aborted_with_the_reason(robot: Robot, nav2: Senders) -> None:
     for door in ('living_room', 'kitchen'):
         assert robot.move_door(door, is_open=False).success
     with nav2.to(7.0, 3.0) as run:
@@ -234,6 +236,7 @@ def test_cancel_newer_goals_and_a_hand_on_cmd_vel_end_a_drive(robot: Robot, nav2
     assert (taken.status, taken.result.error_msg) == ('ABORTED', 'Pre-empted by cmd_vel')
 
 
+@pytest.mark.long
 def test_walls_stop_a_hand_on_cmd_vel(up: Program, robot: Robot) -> None:
     """South of the robot is a wall, 1.95 m away."""
     clearances = listen(robot, Float64, 'clearance')

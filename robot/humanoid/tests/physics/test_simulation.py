@@ -164,6 +164,7 @@ def test_the_demo_on_physics_in_simulated_time_ends_well(world: dict[str, str]) 
     assert 'started joint_state_service' not in output
 
 
+@pytest.mark.long
 def test_a_robot_that_is_pushed_over_says_so_and_is_put_back(
     simulation: Program, robot: Robot, world: dict[str, str]
 ) -> None:
