@@ -100,13 +100,14 @@ def keep_bytecode() -> None:
 
     To compile goalwire takes longer than all the rest of a start, and each worker imports every test file.
     The byte code is kept in `build`, apart from the sources. That of temporary files goes with the next run:
-    their paths are new each time.
+    their paths are new each time. In a clone that is a temporary folder itself, it stays.
     """
     os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
-    kept = os.environ.setdefault(BYTECODE, str(Path(__file__).parents[2] / 'build' / 'bytecode'))
+    root = Path(__file__).resolve().parents[2]
+    kept = os.environ.setdefault(BYTECODE, str(root / 'build' / 'bytecode'))
     sys.dont_write_bytecode, sys.pycache_prefix = False, kept
-    if 'PYTEST_XDIST_WORKER' not in os.environ:
-        temporary = Path(tempfile.gettempdir()).resolve()
+    temporary = Path(tempfile.gettempdir()).resolve()
+    if 'PYTEST_XDIST_WORKER' not in os.environ and not root.is_relative_to(temporary):
         shutil.rmtree(Path(kept, *temporary.parts[1:]), ignore_errors=True)
 
 
