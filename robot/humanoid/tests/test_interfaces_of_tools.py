@@ -390,6 +390,20 @@ def test_cmd_vel_turns_on_an_arc_and_is_bounded(gw_graph: Graph, base: Navigatio
     assert velocity.yaw == 1.5
 
 
+def test_a_velocity_beyond_the_limits_is_reported_with_the_velocity_that_it_becomes(
+    gw_graph: Graph, base: NavigationActionServer, capfd: pytest.CaptureFixture[str]
+) -> None:
+    drive(gw_graph, twist(x=0.8, turn=-1.5), 0.2)
+    assert 'more than the base can do' not in capfd.readouterr().err
+    drive(gw_graph, twist(x=-1.2, turn=2.0), 1.0)
+    warned = re.findall(r'cmd_vel asks for more.*', capfd.readouterr().err)
+    expected = (
+        'cmd_vel asks for more than the base can do: -1.20 m/s ahead, 0.00 m/s to the left, 2.00 rad/s; '
+        'it moves at -0.80 m/s ahead, 0.00 m/s to the left, 1.50 rad/s'
+    )
+    assert warned == [expected]
+
+
 def test_a_velocity_that_is_no_number_is_ignored(gw_graph: Graph, base: NavigationActionServer) -> None:
     drive(gw_graph, twist(x=math.nan), 0.3)
     drive(gw_graph, twist(turn=math.inf), 0.3)

@@ -85,6 +85,14 @@ class MobileBase(Protocol):
 
 
 @runtime_checkable
+class LimitedBase(Protocol):
+    """A base that knows its limits before it moves."""
+
+    def limit(self, velocity: Velocity2D) -> Velocity2D:
+        """Return the velocity at which the base moves if `velocity` is asked for."""
+
+
+@runtime_checkable
 class SimulatedBase(Protocol):
     """A simulated base: the simulation knows the true pose, from which odometry may differ."""
 
@@ -117,10 +125,14 @@ class Base:
     def drive_at(self, velocity: Velocity2D) -> None:
         """Move at a velocity; a velocity beyond the base's limits is scaled down to them."""
         self._target = None
+        self._asked = self.limit(velocity)
+
+    def limit(self, velocity: Velocity2D) -> Velocity2D:
+        """Return the velocity at which the base moves if `velocity` is asked for."""
         speed, spec = math.hypot(velocity.x, velocity.y), self._spec
         share = min(1.0, spec.max_speed / speed) if speed > 0.0 else 1.0
         turn = min(max(velocity.yaw, -spec.max_turn_rate), spec.max_turn_rate)
-        self._asked = Velocity2D(velocity.x * share, velocity.y * share, turn)
+        return Velocity2D(velocity.x * share, velocity.y * share, turn)
 
     def stop(self) -> None:
         self._target, self._asked = None, STANDING

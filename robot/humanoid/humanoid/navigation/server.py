@@ -27,7 +27,15 @@ from humanoid.clock import now, seconds, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.goal_endings import Decision, End, Ending, carry_out, judge, or_abort
-from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, SimulatedBase, Velocity2D
+from humanoid.navigation.base import (
+    STANDING,
+    Base,
+    LimitedBase,
+    MobileBase,
+    Pose2D,
+    SimulatedBase,
+    Velocity2D,
+)
 from humanoid.navigation.drift import DRIFT, Drift, DriftSpec
 from humanoid.navigation.goal_check import FARTHEST, FRAME, refusal
 from humanoid.navigation.messages import imu, odometry, place_frame, stamp_pose, target_of, transform
@@ -39,6 +47,7 @@ if TYPE_CHECKING:
 
 TICK = 0.02  # s between control steps: 50 Hz
 FEEDBACK_EVERY = 0.1  # s: 10 Hz
+NOTICED = 0.005  # m/s or rad/s: a smaller reduction of a cmd_vel is not reported
 VELOCITY_LASTS = 0.5  # s: without a newer cmd_vel the base stops after this time
 MEANT = {
     'place': 'x, y and yaw',
@@ -179,26 +188,31 @@ class NavigationActionServer(Node):
             self._by_hand = now(self)
         elif self._surroundings is not None and not self._is_by_hand():
             return
-        self._obey(command)
+        if self._obey(command) and (text := _beyond_limits(self._base, self._wish)):
+            self.get_logger().warning(text, throttle_duration_sec=5.0)
 
     def _is_by_hand(self) -> bool:
         return self._by_hand is not None and now(self) - self._by_hand <= VELOCITY_LASTS
 
-    def _obey(self, command: Twist) -> None:
-        """Move at the command's velocity. A velocity other than zero aborts the running goal."""
+    def _obey(self, command: Twist) -> bool:
+        """Move at the command's velocity; return False if the command is ignored.
+
+        A velocity other than zero aborts the running goal.
+        """
         wish = Velocity2D(command.linear.x, command.linear.y, command.angular.z)
         log = self.get_logger()
         if reason := self._stop.refusal:
             log.warning(f'Ignored cmd_vel: {reason}', throttle_duration_sec=1.0)
-            return
+            return False
         if not all(map(math.isfinite, (wish.x, wish.y, wish.yaw))):
             log.warning(f'Ignored cmd_vel: {wish} is not finite', throttle_duration_sec=1.0)
-            return
+            return False
         if self._driving is not None and wish == STANDING:
-            return
+            return False
         self._end(Ending(End.ABORTED, 'Pre-empted by cmd_vel'))
         self._wish, self._told = wish, now(self)
         self._drive_on()
+        return True
 
     def _follow(self, command: Twist) -> None:
         """Obey the navigator's cmd_vel_nav, unless a person's cmd_vel has taken over."""
@@ -298,6 +312,18 @@ def _surroundings(node: Node) -> Surroundings:
     from humanoid.navigation.in_world import Surroundings  # needs numpy, which only worlds require
 
     return Surroundings(node)
+
+
+def _beyond_limits(base: MobileBase, wish: Velocity2D) -> str:
+    """Return a warning for the person who asks for more than the base can do, else ''."""
+    moves = base.limit(wish) if isinstance(base, LimitedBase) else wish
+    if max(abs(wish.x - moves.x), abs(wish.y - moves.y), abs(wish.yaw - moves.yaw)) <= NOTICED:
+        return ''
+    return f'cmd_vel asks for more than the base can do: {_in_words(wish)}; it moves at {_in_words(moves)}'
+
+
+def _in_words(velocity: Velocity2D) -> str:
+    return f'{velocity.x:.2f} m/s ahead, {velocity.y:.2f} m/s to the left, {velocity.yaw:.2f} rad/s'
 
 
 def main(args: Sequence[str] | None = None) -> int:

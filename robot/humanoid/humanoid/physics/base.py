@@ -72,6 +72,12 @@ class PhysicsBase:
         """Move at a velocity in the base's own frame, until the next command."""
         self._target, self._asked = None, velocity
 
+    def limit(self, velocity: Velocity2D) -> Velocity2D:
+        """Return the velocity that the legs can walk if `velocity` is asked for."""
+        forward, left = _walkable(velocity.x, velocity.y, self._spec.max_speed)
+        most = self._spec.max_turn_rate
+        return Velocity2D(forward, left, min(max(velocity.yaw, -most), most))
+
     def stop(self) -> None:
         """Slow down and stand."""
         self._target, self._asked = None, STANDING
@@ -100,10 +106,7 @@ class PhysicsBase:
         """Return the velocity to accelerate to, in the base's own frame."""
         pose, target, spec = self.pose, self._target, self._spec
         if target is None:
-            forward, left = _walkable(self._asked.x, self._asked.y, spec.max_speed)
-            return Velocity2D(
-                forward, left, min(max(self._asked.yaw, -spec.max_turn_rate), spec.max_turn_rate)
-            )
+            return self.limit(self._asked)
         distance = self.distance_to(target)
         self._facing = self._facing and distance > NEAR
         way = math.atan2(target.y - pose.y, target.x - pose.x)

@@ -156,6 +156,13 @@ def test_a_velocity_is_kept_as_far_as_legs_can(
     assert not body.fallen
 
 
+def test_it_says_before_it_walks_how_fast_its_legs_can(body: World) -> None:
+    base = PhysicsBase(body)
+    assert base.limit(Velocity2D(0.8)) == Velocity2D(WALKS.max_speed)
+    assert base.limit(Velocity2D(-0.8, 0.0, -9.0)) == Velocity2D(-BACKWARDS, 0.0, -WALKS.max_turn_rate)
+    assert base.limit(Velocity2D(0.3, -0.1, 0.2)) == Velocity2D(0.3, -0.1, 0.2)
+
+
 def test_a_command_for_a_leg_is_refused_with_the_reason(joints: PhysicsJoints) -> None:
     with pytest.raises(CommandRefused, match='left_knee keeps the robot on its feet'):
         joints.follow({ARM: [Waypoint(1.0, 1.0)], 'left_knee': [Waypoint(1.0, 1.0)]}, start=BEGAN)
