@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
-from goalwire.entities.actions.cancel_refusals import is_refusal, tell_refusal
+from goalwire.entities.actions.cancel_warnings import is_refusal, tell_refusal
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_bytes, uuid_message
 from goalwire.execution.current_callback import current_groups, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue

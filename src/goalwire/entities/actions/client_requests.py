@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
-from goalwire.entities.actions.cancel_refusals import watch_answer
+from goalwire.entities.actions.cancel_warnings import watch_answer
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.pending_call import (
     MARGIN_S,
