@@ -12,7 +12,7 @@
     flusher         sends the small messages that links hold back for a moment to share a frame
     backpressure    threads that wait until a link has room
     query_timer     ends the queries that have timed out
-    relinking       restores the links after the process was stopped for a while
+    suspension      restores the links after the process was suspended for a while
     fault_log       log lines about peers that broke the protocol
     native_session  the session: opens its links, carries out the protocol's requests, and closes
 

@@ -23,10 +23,10 @@ from goalwire.zenoh.io.flusher import Flusher
 from goalwire.zenoh.io.link_maker import LinkMaker
 from goalwire.zenoh.io.listeners import Listeners
 from goalwire.zenoh.io.query_timer import QueryTimer
-from goalwire.zenoh.io.relinking import Relinking
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.io.shared_memory.session_memory import SessionMemory
 from goalwire.zenoh.io.socket_link import SocketLink
+from goalwire.zenoh.io.suspension import Relinking
 from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.zenoh.protocol.link import Link

@@ -1,6 +1,6 @@
-"""Makes a session whole again after its process was stopped: others have closed their links meanwhile.
+"""Makes a session whole again after its process was suspended: others have closed their links meanwhile.
 
-A process that is stopped (SIGSTOP, a debugger, a laptop that sleeps) sends nothing, so its peers close its
+A process that is suspended (SIGSTOP, a debugger, a laptop that sleeps) sends nothing, so its peers close its
 links after its lease. When it goes on, its own links look alive until it reads their ends, and messages sent
 over them are lost. So a query waits until every link has been read, and until the ended links are back.
 """
