@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 
 if TYPE_CHECKING:
-    from goalwire.missions.running_mission import RunningMission
+    from goalwire.missions.mission_run_contract import RunningMission
 
 
 class Gate:

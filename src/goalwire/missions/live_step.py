@@ -13,7 +13,7 @@ from goalwire.rules.missions.entries import Decision, Entry, EntryKind, MissionS
 from goalwire.rules.missions.replay import StepHistory
 
 if TYPE_CHECKING:
-    from goalwire.missions.running_mission import RunningMission
+    from goalwire.missions.mission_run_contract import RunningMission
     from goalwire.rules.missions.entries import Json
 
 T = TypeVar('T')

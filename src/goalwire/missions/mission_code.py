@@ -12,7 +12,7 @@ from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 from goalwire.rules.missions.replay import DoesNotFit, Replay
 
 if TYPE_CHECKING:
-    from goalwire.missions.running_mission import RunningMission
+    from goalwire.missions.mission_run_contract import RunningMission
 
 
 async def run_code(run: RunningMission, performer: Performer) -> Change:
