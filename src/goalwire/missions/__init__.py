@@ -6,8 +6,8 @@
 from goalwire.missions.definition import Definition, mission
 from goalwire.missions.mission_run import MissionRun
 from goalwire.missions.offers import offer
+from goalwire.missions.parallel_goal_steps import SentGoal
 from goalwire.missions.runner import Runner
-from goalwire.missions.sent_goals import SentGoal
 from goalwire.missions.steps import ActionSteps, CallSteps, Steps
 from goalwire.missions.undo import Undo
 from goalwire.rules.missions.entries import MissionState

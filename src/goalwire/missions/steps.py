@@ -17,7 +17,7 @@ from goalwire.missions.goal_step import GoalRequest, GoalStep
 from goalwire.missions.journal_store import as_json
 from goalwire.missions.live_step import IfLost, LiveStep, check_if_lost
 from goalwire.missions.outcomes import Outcome, outcome_of
-from goalwire.missions.sent_goals import SentGoal
+from goalwire.missions.parallel_goal_steps import SentGoal
 from goalwire.missions.undo import Undo
 from goalwire.rules.missions.entries import StepKey, digest_of
 from goalwire.rules.missions.replay import DoesNotFit, Replay, StepHistory
