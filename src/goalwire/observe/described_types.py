@@ -47,9 +47,14 @@ async def class_in_use(node: goalwire.Node, name: str) -> Any:
 def whole_type(name: str) -> str:
     """Return the type that a type is part of: for a service's events the service, for an action's services
     the action.
+
+    A name that is not 'pkg/kind/Name' is returned unchanged: programs without ROS 2 announce such types.
     """
-    package, kind, part = name.split('/')
-    return name if kind == 'msg' else f'{package}/{kind}/{part.partition("_")[0]}'
+    package, *rest = name.split('/')
+    if len(rest) != 2 or rest[0] == 'msg':
+        return name
+    kind, part = rest
+    return f'{package}/{kind}/{part.partition("_")[0]}'
 
 
 async def fetch_type(node: goalwire.Node, name: str) -> bool:

@@ -16,12 +16,13 @@ from example_interfaces.srv import AddTwoInts
 from helpers.bags import contents, files_of
 from helpers.loops import Play
 from helpers.patience import PATIENCE
+from helpers.wire import service_endpoint, topic_endpoint
 from rosbag2_interfaces.srv import IsPaused, Pause, Resume, Snapshot, SplitBagfile
 from std_msgs.msg import Int32, String
 from tf2_msgs.msg import TFMessage
 
 import goalwire
-from goalwire.apps.bag.aborted_goals import snapshot_when_aborted
+from goalwire.apps.bag.aborted_goals import snapshots_of_aborts
 from goalwire.apps.bag.options import RecordOptions
 from goalwire.apps.bag.recorder import DROPPED_KEY, Recorder
 from goalwire.apps.bag.recorder_services import offer_services
@@ -31,6 +32,7 @@ from goalwire.errors import BagError
 from goalwire.rosbag2.reader import Reader
 from goalwire.rosbag2.writer import Writer
 from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
+from goalwire.transport.contract import EndpointKind, NodeName
 
 EVERYTHING = Selection(Names(all=True), Names(all=True), Names(all=True))
 NUMBERS = Selection(Names(some=frozenset({'/numbers'})))
@@ -222,8 +224,10 @@ def test_a_goal_that_is_aborted_writes_a_snapshot(play: Play, tmp_path: Path) ->
                 await count.call(order=7, timeout=PATIENCE)
             numbers = talker.publisher(Int32, 'numbers', qos=LATCHED)
             options = RecordOptions(snapshot=True)
-            async with Recorder(node, Writer(tmp_path / 'bag'), EVERYTHING, options) as recorder:
-                watching = asyncio.create_task(snapshot_when_aborted(recorder))
+            async with (
+                Recorder(node, Writer(tmp_path / 'bag'), EVERYTHING, options) as recorder,
+                snapshots_of_aborts(recorder),
+            ):
                 numbers.publish(data=1)
                 await until(
                     lambda: '/numbers' in recorder.counts() and '/count/_action/status' in recorder.counts()
@@ -234,13 +238,41 @@ def test_a_goal_that_is_aborted_writes_a_snapshot(play: Play, tmp_path: Path) ->
                     await count.call(order=7, timeout=PATIENCE)
                 await until(lambda: recorder.bag.count)
                 numbers.publish(data=2)
-                watching.cancel()
 
     play(scenario)
     assert decoded(tmp_path / 'bag', '/numbers') == [1]
     with Reader(tmp_path / 'bag') as bag:
         *_, (_, last) = bag.decoded(['/count/_action/status'])
     assert last.status_list[-1].status == GoalStatus.STATUS_ABORTED
+
+
+def test_an_action_that_cannot_be_watched_is_told_and_the_others_are_watched(
+    play: Play, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    async def fail(goal: Any) -> Fibonacci.Result:
+        raise goalwire.GoalAborted('always')
+
+    async def scenario() -> None:
+        async with goalwire.Node('talker') as talker, goalwire.Node('recorder') as node:
+            options = RecordOptions(snapshot=True)
+            selection = Selection(Names(some=frozenset({'/numbers', '/count/_action/status'})))
+            async with (
+                Recorder(node, Writer(tmp_path / 'bag'), selection, options) as recorder,
+                snapshots_of_aborts(recorder),
+            ):
+                stranger = talker.context.session.node(NodeName('stranger'))
+                stranger.publisher(topic_endpoint(EndpointKind.PUBLISHER, '/lidar-1/_action/status'))
+                numbers = talker.publisher(Int32, 'numbers', qos=LATCHED)
+                numbers.publish(data=1)
+                talker.action_server(Fibonacci, 'count', fail)
+                with pytest.raises(goalwire.GoalAborted):
+                    await talker.action(Fibonacci, 'count').call(order=7, timeout=PATIENCE)
+                await until(lambda: recorder.bag.count)
+
+    play(scenario)
+    assert decoded(tmp_path / 'bag', '/numbers') == [1]
+    told = capfd.readouterr().err
+    assert told.count("an abort writes no snapshot: the goals of '/lidar-1' cannot be watched: Inv") == 1
 
 
 @pytest.mark.also_on_dds
@@ -308,6 +340,59 @@ def test_a_disk_that_fails_ends_it_and_keeps_what_was_written(play: Play, tmp_pa
     with Reader(tmp_path / 'bag') as bag:
         (dropped,) = [json.loads(value) for key, value in bag.facts.custom_data if key == DROPPED_KEY]
     assert 0 < dropped['/numbers'] <= 30
+
+
+def test_a_name_that_ros_forbids_is_told_and_what_comes_later_is_recorded(
+    play: Play, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('talker') as talker, goalwire.Node('recorder') as node:
+            stranger = talker.context.session.node(NodeName('stranger'))
+            stranger.publisher(topic_endpoint(EndpointKind.PUBLISHER, '/lidar-1'))
+            stranger.service(service_endpoint(EndpointKind.SERVICE, '/2nd'), lambda _: None)
+            async with Recorder(node, Writer(tmp_path / 'bag'), EVERYTHING) as recorder:
+                await until(lambda: recorder.topics)
+                numbers = talker.publisher(Int32, 'numbers', qos=LATCHED)
+                numbers.publish(data=1)
+                await until(lambda: '/numbers' in recorder.counts())
+
+    play(scenario)
+    assert decoded(tmp_path / 'bag', '/numbers') == [1]
+    told = capfd.readouterr().err
+    assert told.count("'/lidar-1' is not recorded: ROS 2 forbids its name, topic name must not contain") == 1
+    assert told.count("'/2nd' is not recorded: ROS 2 forbids its name") == 1
+
+
+def test_messages_of_a_type_without_a_ros_name_are_recorded(play: Play, tmp_path: Path) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('talker') as talker, goalwire.Node('recorder') as node:
+            stranger = talker.context.session.node(NodeName('stranger'))
+            endpoint = topic_endpoint(EndpointKind.PUBLISHER, '/scan', LATCHED, type_name='LidarScan')
+            stranger.publisher(endpoint).publish(b'\0\1\0\0scan')
+            async with Recorder(node, Writer(tmp_path / 'bag'), EVERYTHING) as recorder:
+                await until(lambda: '/scan' in recorder.counts())
+
+    play(scenario)
+    assert [data for topic, _, data in contents(tmp_path / 'bag') if topic == '/scan'] == [b'\0\1\0\0scan']
+
+
+def test_a_search_for_topics_that_fails_ends_the_recording(
+    play: Play, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def scenario() -> None:
+        async with (
+            goalwire.Node('talker') as talker,
+            goalwire.Node('recorder') as node,
+            Recorder(node, Writer(tmp_path / 'bag'), EVERYTHING) as recorder,
+        ):
+            await until(lambda: recorder.topics)
+            monkeypatch.setattr(Selection, 'wants', lambda *_: 1 / 0)
+            talker.publisher(Int32, 'numbers')
+            async with asyncio.timeout(PATIENCE):
+                await recorder.wait()
+
+    with pytest.raises(ZeroDivisionError):
+        play(scenario)
 
 
 def test_nothing_chosen_is_nothing_recorded(play: Play, tmp_path: Path) -> None:

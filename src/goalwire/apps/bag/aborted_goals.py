@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import aclosing
+from collections.abc import AsyncIterator, Coroutine
+from contextlib import aclosing, asynccontextmanager
 from typing import TYPE_CHECKING
 
-from goalwire.errors import BagError
+from goalwire.errors import BagError, peer_text
 from goalwire.observe.goal_topics import watch_ended_goals
 from goalwire.transport.contract import EndpointKind
 
@@ -18,8 +19,30 @@ AFTER_S = 0.5
 """Seconds from the end of the goal to the snapshot, which so has the status and whatever followed it."""
 
 
-async def snapshot_when_aborted(recorder: Recorder) -> None:
-    """Write a snapshot whenever a goal of any action is aborted, until this coroutine is cancelled."""
+@asynccontextmanager
+async def snapshots_of_aborts(recorder: Recorder) -> AsyncIterator[None]:
+    """Write a snapshot whenever a goal of any action is aborted, until the block ends.
+
+    If a watch fails, that is logged at once, and the recording goes on.
+    """
+    watching = asyncio.create_task(_report(recorder, 'the goals of all actions', _watch_all(recorder)))
+    try:
+        yield
+    finally:
+        watching.cancel()
+        await asyncio.wait([watching])
+
+
+async def _report(recorder: Recorder, watched: str, watch: Coroutine[None, None, None]) -> None:
+    """Run a watch, and log why it fails: one action that cannot be watched must not end the others."""
+    try:
+        await watch
+    except Exception as error:
+        reason = peer_text(str(error).partition('\n')[0])
+        recorder.node.logger.error(f'an abort writes no snapshot: {watched} cannot be watched: {reason}')
+
+
+async def _watch_all(recorder: Recorder) -> None:
     since = recorder.node.clock.now().nanoseconds / 1e9
     watched: set[str] = set()
     with recorder.node.graph.changes() as changes:
@@ -27,7 +50,8 @@ async def snapshot_when_aborted(recorder: Recorder) -> None:
             while True:
                 for action in _actions(recorder) - watched:
                     watched.add(action)
-                    group.create_task(_watch(recorder, action, since))
+                    watch = _watch(recorder, action, since)
+                    group.create_task(_report(recorder, f"the goals of '{peer_text(action)}'", watch))
                 await anext(changes)
 
 

@@ -18,13 +18,14 @@ from goalwire.apps.bag.snapshot import Snapshot
 from goalwire.apps.bag.topic_recording import Delivery, TopicRecording
 from goalwire.entities.recorder_watch import POSTFIX_FOR_RECORDERS
 from goalwire.entities.recorder_watch import QOS as EVENT_QOS
-from goalwire.errors import BagError
+from goalwire.errors import BagError, peer_text
 from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.logging import get_logger
 from goalwire.observe.described_types import fetch_type
 from goalwire.rosbag2.definitions import schema_of
 from goalwire.rosbag2.model import SERVICE_EVENT, Schema
 from goalwire.rosbag2.writer import Writer
+from goalwire.rules.names.validation import InvalidName, validate_full_topic_name
 from goalwire.transport.contract import EndpointKind, GraphEntity
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ class Recorder:
         )
         self._intake.is_paused = self.options.paused
         self._following = asyncio.create_task(self._follow())
+        self._following.add_done_callback(self._check_task)
         return self
 
     async def __aexit__(
@@ -106,12 +108,17 @@ class Recorder:
             if not self._failure.done():
                 self._failure.get_loop().call_soon_threadsafe(self._fail, error)
 
-    def _fail(self, error: BagError) -> None:
+    def _fail(self, error: BaseException) -> None:
         if not self._failure.done():
             self._failure.set_exception(error)
 
+    def _check_task(self, task: asyncio.Task[None]) -> None:
+        """Let the recording fail if a task has failed: without it, topics would be missing in the bag."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self._fail(error)
+
     async def wait(self) -> None:
-        """Wait until recording fails, for example on a full disk, and raise its BagError."""
+        """Wait until recording fails, and raise its error: for example BagError on a full disk."""
         await asyncio.shield(self._failure)
 
     # -- counts and control ---------------------------------------------------------------------------------
@@ -235,7 +242,7 @@ class Recorder:
         if self.options.ignore_leaves and not subscribers:
             return
         found = publishers or (subscribers if self.options.unpublished else [])
-        if found and self.selection.wants(name, found[0].type_name):
+        if found and self.selection.wants(name, found[0].type_name) and self._is_allowed(name):
             topic = self._topics[name] = self._recording(name, name, found[0].type_name, found[0].type_hash)
             topic.update(publishers)
             self._define_soon(topic, found[0].type_name, [each.qos.stated() for each in publishers])
@@ -244,9 +251,23 @@ class Recorder:
         """If the calls of a server or client are chosen, ask the endpoint to publish its service events."""
         name, type_name = endpoint.name + SERVICE_EVENT, f'{endpoint.type_name}_Event'
         asked = endpoint.name + POSTFIX_FOR_RECORDERS
-        if asked not in self._topics and wants_calls(self.selection, endpoint):
+        if asked in self._topics or not wants_calls(self.selection, endpoint):
+            return
+        if self._is_allowed(endpoint.name):
             self._topics[asked] = self._recording(asked, name, type_name, '')
             self._define_soon(self._topics[asked], endpoint.type_name, [EVENT_QOS])
+
+    def _is_allowed(self, name: str) -> bool:
+        """Return whether ROS 2 allows a name, and tell of a forbidden one: no node can subscribe to it.
+
+        Programs without ROS 2 announce such names, for example /lidar-1.
+        """
+        try:
+            validate_full_topic_name(name)
+        except InvalidName as error:
+            self._tell(f"'{peer_text(name)}' is not recorded: ROS 2 forbids its name, {error.reason}")
+            return False
+        return True
 
     def _recording(self, wire_name: str, name: str, type_name: str, type_hash: str) -> TopicRecording:
         clock = self.node.clock if self.options.sim_time else None
@@ -267,6 +288,7 @@ class Recorder:
         search = asyncio.create_task(find())
         self._searches[search] = partial(self._define, topic, qos)
         search.add_done_callback(lambda done: self._searches.pop(done, None))
+        search.add_done_callback(self._check_task)
 
     def _define(self, topic: TopicRecording, qos: Iterable[QoS]) -> None:
         """Add a topic to the bag, and begin to write its messages."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from argparse import ArgumentParser, ArgumentTypeError, Namespace, _ArgumentGroup
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from datetime import datetime
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -240,7 +240,7 @@ def _check(arguments: Namespace) -> None:
 
 def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it prints no data
     """Record until Ctrl-C or SIGTERM; either is the normal end, with the outcome OK."""
-    from goalwire.apps.bag.aborted_goals import snapshot_when_aborted
+    from goalwire.apps.bag.aborted_goals import snapshots_of_aborts
     from goalwire.apps.bag.recorder import Recorder
     from goalwire.apps.bag.recorder_services import offer_services
     from goalwire.apps.cli.framework.live import live
@@ -263,16 +263,14 @@ def run(arguments: Namespace, output: Output) -> Outcome:  # noqa: ARG001 - it p
     on_abort = arguments.snapshot_on_abort
 
     async def record(node: goalwire.Node) -> Outcome:
-        async with Recorder(node, bag, selection, options) as recorder:
+        async with (
+            Recorder(node, bag, selection, options) as recorder,
+            snapshots_of_aborts(recorder) if on_abort else nullcontext(),
+        ):
             offer_services(recorder)
-            watching = asyncio.create_task(snapshot_when_aborted(recorder)) if on_abort else None
             tell(f"recording into '{bag.path}'{'; it is paused' if options.paused else ''}; Ctrl-C ends it")
-            try:
-                with suppress(asyncio.CancelledError):  # by a signal: the normal end of a recording
-                    await _tell_of(recorder)
-            finally:
-                if watching is not None:
-                    watching.cancel()
+            with suppress(asyncio.CancelledError):  # by a signal: the normal end of a recording
+                await _tell_of(recorder)
         _tell_end(recorder)
         return Outcome.OK
 
