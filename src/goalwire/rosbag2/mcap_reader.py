@@ -75,14 +75,7 @@ class McapReader:
         self.path = path
         self.problem = ''
         """The reason why the file is not whole; '' for a whole file."""
-        self.metadata = ''
-        """The bag's metadata in the file; '' if the file has none."""
-        self.topics: list[Topic] = []
-        self.counts: Counter[str] = Counter()
-        self.start = self.end = 0
-        self._names: dict[int, str] = {}
-        self._spans: list[Span] = []
-        self._schemas: dict[int, SchemaRecord] = {}
+        self._forget()
         self._file: BinaryIO = open(path, 'rb')  # noqa: SIM115 - it is open as long as this is
         try:
             self._size = os.fstat(self._file.fileno()).st_size
@@ -131,7 +124,7 @@ class McapReader:
             return statistics is not None and self._take_empty(statistics)
         if len(summary.chunk_indexes) != statistics.chunk_count or not summary.channels:
             return False
-        self._schemas = dict(summary.schemas)
+        self._schemas.update(summary.schemas)
         for channel in summary.channels.values():
             self._add_channel(channel)
         for number, count in statistics.channel_message_counts.items():
@@ -155,14 +148,15 @@ class McapReader:
         return True
 
     def _forget(self) -> None:
-        """Forget what a broken summary said, so that the scan that follows does not count twice."""
+        """Begin with nothing known. A scan that follows a broken summary so counts nothing twice."""
         self.metadata = ''
-        self.topics = []
-        self.counts = Counter()
+        """The bag's metadata in the file; '' if the file has none."""
+        self.topics: list[Topic] = []
+        self.counts: Counter[str] = Counter()
         self.start = self.end = 0
-        self._names = {}
-        self._spans = []
-        self._schemas = {}
+        self._names: dict[int, str] = {}
+        self._spans: list[Span] = []
+        self._schemas: dict[int, SchemaRecord] = {}
 
     def _take_empty(self, statistics: Statistics) -> bool:
         """Return True if the file has no messages at all, so that it need not be scanned."""
