@@ -25,8 +25,18 @@ def new_folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True)
     except FileExistsError:
-        raise BagError(f"'{show(str(path))}' exists already; choose another folder") from None
+        raise _taken(path) from None
     return path
+
+
+def refuse_existing(path: Path) -> None:
+    """Raise BagError if a path exists: for a library that makes the folder itself."""
+    if path.exists():
+        raise _taken(path)
+
+
+def _taken(path: Path) -> BagError:
+    return BagError(f"'{show(str(path))}' exists already; choose another folder")
 
 
 def file_stems(topics: Iterable[str]) -> Mapping[str, str]:

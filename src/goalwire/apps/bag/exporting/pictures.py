@@ -79,7 +79,7 @@ def file_of(message: Any) -> tuple[str, bytes]:
     if hasattr(message, 'format'):
         return _read_compressed(bytes(message.data), message.format)
     try:
-        return 'png', png(_pixels(message))
+        return 'png', png(pixels_of(message))
     except CvBridgeError as error:
         raise ValueError(peer_text(error)) from None
 
@@ -97,7 +97,7 @@ def _read_compressed(data: bytes, stated: str) -> tuple[str, bytes]:
     raise ValueError(f'{peer_text(stated, 60)!r} is not a picture format that can be written to a file')
 
 
-def _pixels(message: Any) -> np.ndarray[Any, Any]:
+def pixels_of(message: Any) -> np.ndarray[Any, Any]:
     """Return height x width x channels, colours as red, green, blue. Raises CvBridgeError, ValueError."""
     bridge = CvBridge()
     picture = bridge.imgmsg_to_cv2(message)

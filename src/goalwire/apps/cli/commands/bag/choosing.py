@@ -18,6 +18,12 @@ def bag_argument(parser: ArgumentParser) -> None:
     storage_argument(parser)
 
 
+def bags_argument(parser: ArgumentParser) -> None:
+    """Add the argument for one or several bags, and the flag that names their storage format."""
+    parser.add_argument('bag_path', nargs='+', help='Bag to open: a folder, or one file of it')
+    storage_argument(parser)
+
+
 def storage_argument(parser: ArgumentParser) -> None:
     """Add the flag that names the storage of a bag that is read."""
     parser.add_argument(
@@ -29,15 +35,18 @@ def storage_argument(parser: ArgumentParser) -> None:
     )
 
 
-def open_bag(arguments: Namespace) -> Reader:
-    """Open the named bag; raises CommandError if its storage format is not the requested one."""
-    bag = Reader(arguments.bag_path)
+def open_bag(arguments: Namespace, path: str = '') -> Reader:
+    """Open the named bag, or the one at `path`; raises CommandError if its storage format is not the
+    requested one.
+    """
+    path = path or arguments.bag_path
+    bag = Reader(path)
     if arguments.storage and bag.facts.storage != arguments.storage:
         found = bag.facts.storage
         bag.close()
         raise CommandError(
             Outcome.BAD_VALUE,
-            f"the storage of '{arguments.bag_path}' is {found}, not {arguments.storage}",
+            f"the storage of '{path}' is {found}, not {arguments.storage}",
             'leave --storage out',
         )
     return bag

@@ -1,4 +1,4 @@
-"""ros2 bag export: the messages of a bag as CSV, JSON lines, Parquet, or files of pictures."""
+"""ros2 bag export: bags as CSV, JSON lines, Parquet, files of pictures, or a dataset of LeRobot."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from goalwire.apps.bag.exporting.folders import Written, file_stems, new_folder
-from goalwire.apps.cli.commands.bag.choosing import bag_argument, open_bag
+from goalwire.apps.cli.commands.bag.choosing import bags_argument, open_bag
+from goalwire.apps.cli.commands.bag.lerobot import add_lerobot_arguments, export_dataset
 from goalwire.apps.cli.commands.bag.play import add_choice, selection
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 from goalwire.apps.cli.framework.output import json_text, tell
@@ -23,12 +24,12 @@ if TYPE_CHECKING:
     from goalwire.apps.cli.framework.output import Output
     from goalwire.rosbag2.reader import Reader
 
-FORMATS = ('csv', 'jsonl', 'parquet', 'images')
+FORMATS = ('csv', 'jsonl', 'parquet', 'images', 'lerobot')
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `bag export`."""
-    bag_argument(parser)
+    bags_argument(parser)
     parser.add_argument('--format', choices=FORMATS, default='csv', help='What to write (default: csv)')
     parser.add_argument(
         '-o',
@@ -37,11 +38,21 @@ def add_arguments(parser: ArgumentParser) -> None:
         help='Folder to make, or file of the JSON lines (default: the name of the bag, _ and the format)',
     )
     add_choice(parser)
+    add_lerobot_arguments(parser)
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
     """Export the messages of the bag; JSON lines go to standard output if no file is named."""
-    with open_bag(arguments) as bag:
+    if arguments.format == 'lerobot':
+        return export_dataset(arguments)
+    path, *others = arguments.bag_path
+    if others:
+        raise CommandError(
+            Outcome.USAGE,
+            f'{arguments.prog}: {arguments.format} takes one bag',
+            'export one bag after the other; only --format lerobot takes several',
+        )
+    with open_bag(arguments, path) as bag:
         chosen = selection(arguments)
         topics, unknown = _readable(bag, chosen)
         start = bag.start + int(arguments.start_offset * 1e9)

@@ -23,7 +23,7 @@ NOUN = Noun(
         ),
         Verb(
             'export',
-            'Write the messages of a bag as CSV, JSON lines, Parquet or pictures',
+            'Write bags as CSV, JSON lines, Parquet, pictures or a dataset of LeRobot',
             *lazy('bag.export'),
             has_json=False,
         ),
