@@ -29,7 +29,7 @@ LOOK = """([camera, target]) => {
   goalwireScene.set_follow(false);
   goalwireScene.camera.position.set(...camera);
   goalwireScene.controls.target.set(...target);
-  goalwireScene.dirty = true;
+  goalwireScene.wake();
 }"""
 HAS_PASSED = """([x, y]) => {
   const base = window.goalwireScene?.poses().base_link;

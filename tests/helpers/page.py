@@ -15,19 +15,12 @@ _FEW_PICTURES = """
         get: () => scene,
         set: made => {
             scene = made
-            if (!made) return
-            const render = made.renderer.render.bind(made.renderer)
-            let drawn = 0
-            made.renderer.render = (...seen) => {
-                if (performance.now() - drawn < 1000) return void (made.dirty = true)
-                drawn = performance.now()
-                render(...seen)
-            }
+            if (made) made.frames = 1
         },
     })
 """
-"""Draws the robot's scene once a second. Without a graphics card the processor draws each pixel, and
-would do nothing else."""
+"""Draws the robot's scene once a second at most. Without a graphics card the processor draws each
+pixel, and would do nothing else."""
 
 
 _SHOWN = """slider => {

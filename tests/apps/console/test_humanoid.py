@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from helpers.console import Stage, screenshots
-from helpers.page import new_context
+from helpers.page import new_context, until
 from helpers.patience import BROWSER
 from helpers.robot import humanoid, robot_env
 
@@ -75,8 +75,11 @@ def test_the_readmes_picture_shows_the_robot(stage: Stage, chromium: Any, tmp_pa
             blue, dark = seen(file.read_bytes(), beside, top, beside + wide, bottom)
             assert blue + dark == 0, (beside, blue, dark)
         # Without it, the box is empty: what was counted was the robot.
-        page.evaluate('() => { goalwireScene.robot.visible = false; goalwireScene.dirty = true }')
-        page.wait_for_function('() => !goalwireScene.dirty')
+        drawn = page.evaluate(
+            '() => { const scene = goalwireScene; scene.robot.visible = false; scene.wake();'
+            ' return scene.rendered }'
+        )
+        until(page, '(drawn) => goalwireScene.rendered > drawn', drawn)
         blue, dark = seen(page.screenshot(), left, top, right, bottom)
         assert blue + dark == 0, (blue, dark)
         assert file.stat().st_size < console_picture.MOST_BYTES

@@ -150,15 +150,18 @@ def test_services_are_called_and_calls_of_others_seen(stage: Stage, open_page: O
     picture(page, 'introspection')
 
 
-def test_a_frame_that_began_before_the_scene_moves_nothing(stage: Stage, open_page: OpenPage) -> None:
+def test_a_frame_that_began_before_the_scene_moves_nothing(stage: Stage, window: Any) -> None:
     stage.robot()
     _, url = stage.console()
-    page = open_page(f'{url}?view=robot')
+    page = window.new_page()
+    page.emulate_media(reduced_motion='no-preference')  # the scene moves smoothly, from frame to frame
+    page.goto(f'{url}?view=robot')
     until(page, '() => window.goalwireScene?.poses?.().left_arm !== undefined')
     page.evaluate('() => Object.assign(goalwireScene, {last: performance.now() + 1000, moving: true})')
     until(page, '() => goalwireScene.last <= performance.now()')  # the next frame
     finite = 'link => Number.isFinite(link.group.position.x)'
     assert page.evaluate(f'() => [...goalwireScene.links.values()].every({finite})')
+    page.close()
 
 
 @pytest.mark.parametrize('transport_name', [DDS])

@@ -78,6 +78,10 @@ def test_the_robot_follows_the_timeline(open_page: OpenPage, url: str) -> None:
     page.keyboard.press('Space')
     page.wait_for_selector('[data-play] :text("play_arrow")')
 
+    # While nothing moves, no pictures are drawn.
+    for rests in ('!goalwireScene.moving && !goalwireScene.request', '!goalwireLanes.request'):
+        until(page, f'() => {rests}')
+
 
 def test_goals_plots_and_messages_of_the_whole_time(open_page: OpenPage, url: str) -> None:
     page = open_page(url)

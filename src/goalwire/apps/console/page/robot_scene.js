@@ -6,7 +6,8 @@ const THEMES = {
   light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
   dark: { sky: 0x111a2a, floor: 0x1c2940, line: 0x4a5d80, strong: 0x7288b3, trail: 0x818cf8, hemi: 1.7 },
 };
-const FRAMES = 30; // 1/s, at most
+const FRAMES = 30; // 1/s
+const LATE = 40; // ms: a frame that comes so late shows that this computer is slow
 const DETAIL = [
   { shadows: true, scale: 1 }, { shadows: false, scale: 1 }, { shadows: false, scale: 0.75 }, { shadows: false, scale: 0.5 },
 ];
@@ -63,14 +64,14 @@ export default {
     this.links = new Map();
     this.others = new Map(); // by name: the robots beside the selected one
     this.goals = new Map();
-    this.dirty = true;
+    this.frames = FRAMES; // 1/s, at most; tests set fewer
+    this.last = this.rendered = 0;
     this.follow = this.follows;
     this.level = 0;
     const canvas = this.$el.querySelector("canvas");
-    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then it moves as it comes
-    if (calm) this.smooth = 1e6;
+    this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then all is where the latest message says
     try {
-      this.renderer = new THREE.WebGLRenderer({ antialias: !calm, canvas, preserveDrawingBuffer: true });
+      this.renderer = new THREE.WebGLRenderer({ antialias: !this.calm, canvas, preserveDrawingBuffer: true });
     } catch {
       this.$el.querySelector(".gw-scene-none").style.display = "flex";
       return;
@@ -87,14 +88,14 @@ export default {
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.12;
     this.controls.maxPolarAngle = Math.PI / 2 - 0.02;
-    this.controls.addEventListener("change", () => (this.dirty = true));
+    this.controls.addEventListener("change", () => this.wake());
     if (this.begin.length) this.set_camera(this.begin);
     this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".gw-scene-labels") });
     this.add_lights();
-    this.sun.castShadow = !calm;
+    this.sun.castShadow = !this.calm;
     this.robot = new THREE.Group();
     this.marks = new THREE.Group();
-    this.layers = new Layers(() => (this.dirty = true));
+    this.layers = new Layers(() => this.wake());
     this.axes = new Axes();
     // Holds all that is placed in the topmost frame. It moves so that the fixed frame stands still.
     this.world = { group: new THREE.Group(), position: new THREE.Vector3(), turn: new THREE.Quaternion() };
@@ -106,13 +107,12 @@ export default {
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.$el);
     this.resize();
-    this.last = performance.now();
-    this.loop = this.loop.bind(this);
-    this.request = requestAnimationFrame(this.loop);
     window.goalwireScene = this; // for tests
   },
   unmounted() {
+    clearTimeout(this.pause);
     cancelAnimationFrame(this.request);
+    this.request = -1; // nothing asks for a frame any more
     this.observer?.disconnect();
     this.controls?.dispose();
     this.renderer?.dispose();
@@ -161,7 +161,7 @@ export default {
       this.floor.add(plane);
       this.world.group.add(this.floor);
       if (this.trail) this.trail.material.color.setHex(theme.trail);
-      this.dirty = true;
+      this.wake();
     },
     add_trail() {
       const material = new THREE.MeshBasicMaterial({
@@ -220,7 +220,7 @@ export default {
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
       if (this.rendered) this.renderer.render(this.scene, this.camera); // a new size has emptied the canvas
-      this.dirty = true;
+      this.wake();
     },
     set_model(shapes, other = null) { // of the selected robot, or of another one
       if (!this.renderer) return 0;
@@ -235,7 +235,7 @@ export default {
         mesh.quaternion.set(...shape.quat);
         link.group.add(mesh);
       }
-      this.dirty = true;
+      this.wake();
       return shapes.length;
     },
     other(name) {
@@ -267,7 +267,8 @@ export default {
         const [, [x, y, z]] = state.links[0] || ["", [0, 0, 0]];
         robot.label.position.set(x, y, z + 0.5);
       }
-      this.moving = this.dirty = true;
+      this.moving = true;
+      this.wake();
     },
     link(name, robot) {
       if (!robot.links.has(name)) {
@@ -304,7 +305,7 @@ export default {
       const added = (object) => {
         object.traverse((each) => (each.castShadow = true));
         group.add(object);
-        this.dirty = true;
+        this.wake();
       };
       if (url.endsWith(".stl")) {
         new STLLoader().load(url, (geometry) => added(new THREE.Mesh(soften(geometry), material)));
@@ -318,6 +319,7 @@ export default {
       if (update.goals) this.draw_goals(update.goals);
       if (update.base) this.look_at(update.base);
       this.moving = true;
+      this.wake();
       return true;
     },
     put_links(poses, robot) {
@@ -336,7 +338,7 @@ export default {
       if (!this.layers) return;
       for (const [topic, frames] of Object.entries(update.shapes)) this.layers.put(topic, frames);
       for (const [topic, poses] of Object.entries(update.places)) this.layers.place(topic, poses);
-      this.dirty = true;
+      this.wake();
     },
     set_frames({ world, axes, names }) { // world: the topmost frame's pose in the fixed one
       if (!this.world) return;
@@ -344,7 +346,8 @@ export default {
       this.world.turn.set(...world.slice(3)).normalize();
       this.axes.put(axes, names);
       if (this.base) this.look_at(this.base);
-      this.moving = this.dirty = true;
+      this.moving = true;
+      this.wake();
     },
     draw_trail(points) { // a ribbon on the floor
       const spots = [];
@@ -362,7 +365,7 @@ export default {
       this.trail.geometry = new THREE.BufferGeometry();
       this.trail.geometry.setAttribute("position", new THREE.Float32BufferAttribute(spots, 3));
       this.trail.geometry.setIndex(index);
-      this.dirty = true;
+      this.wake();
     },
     draw_goals(goals) { // [{id, x, y, yaw, status, text}]
       const wanted = new Set(goals.map((goal) => goal.id));
@@ -384,7 +387,7 @@ export default {
         mark.rotation.z = goal.yaw;
         mark.label.textContent = goal.text;
       }
-      this.dirty = true;
+      this.wake();
     },
     goal_mark(goal) {
       const colour = goal.id === "new" ? 0xf59e0b : 0x10b981;
@@ -427,7 +430,8 @@ export default {
       if (!this.renderer) return;
       this.camera.position.set(...places.slice(0, 3));
       this.controls.target.set(...places.slice(3));
-      this.placed = this.dirty = true;
+      this.placed = true;
+      this.wake();
     },
     set_follow(follow) {
       this.follow = follow;
@@ -439,12 +443,12 @@ export default {
       const ways = { front: [1, 0, 0.25], side: [0, -1, 0.25], top: [0.001, 0, 1], free: [0.62, -0.62, 0.42] };
       this.camera.position.copy(target).addScaledVector(new THREE.Vector3(...ways[name]).normalize(), distance);
       this.tell_camera();
-      this.dirty = true;
+      this.wake();
     },
     adapt(now) { // less detail where this computer is too slow for it
-      const took = now - (this.rendered || 0);
-      if (took > 1000) return;
-      this.slow = took > 70 ? (this.slow || 0) + 1 : Math.max(0, (this.slow || 0) - 0.25);
+      const late = now - this.rendered - 1000 / this.frames;
+      if (this.asked - this.rendered > 20 || late > 1000) return; // it rested
+      this.slow = late > LATE ? (this.slow || 0) + 1 : Math.max(0, (this.slow || 0) - 0.25);
       if (this.slow < 8 || this.level >= DETAIL.length - 1) return;
       this.slow = 0;
       this.level = (this.level || 0) + 1;
@@ -453,34 +457,47 @@ export default {
       this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * detail.scale);
       this.resize();
     },
-    loop(now) {
-      this.request = requestAnimationFrame(this.loop);
-      const passed = Math.max(0, Math.min(now - this.last, 200)); // a first frame may have begun before the scene was made
-      const share = 1 - Math.exp((-(this.smooth ?? SMOOTH) * passed) / 1000);
-      this.last = now;
-      if (this.moving) {
-        let left = Math.max(this.axes.step(share), this.world.group.position.distanceTo(this.world.position),
-          this.world.group.quaternion.angleTo(this.world.turn));
-        this.world.group.position.lerp(this.world.position, share);
-        this.world.group.quaternion.slerp(this.world.turn, share);
-        for (const link of [this, ...this.others.values()].flatMap((robot) => [...robot.links.values()])) {
-          left = Math.max(left, link.group.position.distanceTo(link.position), link.group.quaternion.angleTo(link.turn));
-          link.group.position.lerp(link.position, share);
-          link.group.quaternion.slerp(link.turn, share);
-        }
-        if (this.goal_target && !this.dragging) {
-          const step = this.goal_target.clone().sub(this.controls.target).multiplyScalar(share * 0.5);
-          left = Math.max(left, step.length());
-          this.controls.target.add(step);
-          this.camera.position.add(step);
-        }
-        this.moving = left > 1e-4;
-        this.dirty = true;
+    wake() { // draws soon; while nothing changes, the browser is asked for no frame
+      this.dirty = true;
+      if (this.calm && this.moving) this.step(1);
+      if (!this.renderer || this.request || this.pause) return;
+      this.asked = performance.now();
+      const wait = this.last + 1000 / this.frames - this.asked;
+      const ask = () => {
+        this.pause = 0;
+        this.request = requestAnimationFrame(this.loop);
+      };
+      if (wait > 16) this.pause = setTimeout(ask, wait - 8);
+      else ask();
+    },
+    step(share) { // moves all by this share of its way to where it belongs
+      let left = Math.max(this.axes.step(share), this.world.group.position.distanceTo(this.world.position),
+        this.world.group.quaternion.angleTo(this.world.turn));
+      this.world.group.position.lerp(this.world.position, share);
+      this.world.group.quaternion.slerp(this.world.turn, share);
+      for (const link of [this, ...this.others.values()].flatMap((robot) => [...robot.links.values()])) {
+        left = Math.max(left, link.group.position.distanceTo(link.position), link.group.quaternion.angleTo(link.turn));
+        link.group.position.lerp(link.position, share);
+        link.group.quaternion.slerp(link.turn, share);
       }
-      this.controls.update();
-      if (now - (this.rendered || 0) < 1000 / FRAMES - 4) return;
-      if (!this.dirty || document.hidden) return;
+      if (this.goal_target && !this.dragging) {
+        const way = this.goal_target.clone().sub(this.controls.target).multiplyScalar(share < 1 ? share * 0.5 : 1);
+        left = Math.max(left, way.length());
+        this.controls.target.add(way);
+        this.camera.position.add(way);
+      }
+      this.moving = share < 1 && left > 1e-4;
+    },
+    loop(now) {
+      this.request = 0;
+      // The time since the last frame, or since the end of a rest. A first frame may have begun before the scene was made.
+      const passed = Math.max(0, Math.min(now - Math.max(this.last, this.asked - 1000 / this.frames), 200));
+      const share = 1 - Math.exp((-SMOOTH * passed) / 1000);
+      this.last = now;
+      if (this.moving) this.step(share);
       this.dirty = false;
+      this.controls.update(); // wakes the scene while the camera still glides
+      if (this.moving) this.wake();
       this.adapt(now);
       this.rendered = now;
       this.renderer.render(this.scene, this.camera);

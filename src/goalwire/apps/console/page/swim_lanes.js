@@ -5,7 +5,7 @@ const COLOURS = {
   SUCCEEDED: "#10b981", CANCELED: "#f59e0b", ABORTED: "#ef4444", UNKNOWN: "#a855f7",
 };
 const ROW = 26, HEAD = 24, LEFT = 12, AXIS = 22;
-const REDRAW = 50; // ms between drawings, at least
+const REDRAW = 100; // ms between drawings, at least
 const REST = 6; // times as long as the last drawing cost, at least: so that the page stays free on a slow computer
 const LONGEST_REST = 1000; // ms
 const KEYS = { " ": "play", k: "play", ArrowLeft: "back", ArrowRight: "on", Home: "start", End: "end", "+": "faster", "-": "slower" };
@@ -20,23 +20,18 @@ export default {
     this.canvas = this.$el.querySelector("canvas");
     this.canvas.addEventListener("click", (event) => this.clicked(event));
     if (this.recording) this.listen();
+    this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then the lanes move only when data come
+    this.received = performance.now();
     this.observer = new ResizeObserver(() => this.draw());
     this.observer.observe(this.$el);
-    this.received = this.ticked = performance.now();
-    this.slowest = 0; // ms: the longest frame since the last drawing, which tells what that cost the browser beside `took`
-    const tick = (now) => {
-      this.request = requestAnimationFrame(tick);
-      this.slowest = Math.max(this.slowest, now - this.ticked);
-      this.ticked = now;
-      const cost = Math.max(this.took || 0, this.slowest - FRAME);
-      const rest = Math.min(Math.max(REDRAW, REST * cost), LONGEST_REST);
-      if (this.recording ? this.dirty : this.data.groups.length && performance.now() - (this.drawn || 0) > rest) this.draw();
-    };
-    tick(this.ticked);
+    window.addEventListener("scroll", this.wake, { capture: true, passive: true }); // brings other goals into the window
     window.goalwireLanes = this; // for tests
   },
   unmounted() {
+    clearTimeout(this.pause);
+    cancelAnimationFrame(this.measure);
     cancelAnimationFrame(this.request);
+    window.removeEventListener("scroll", this.wake, { capture: true });
     if (this.on_key) window.removeEventListener("keydown", this.on_key);
     this.observer.disconnect();
     if (window.goalwireLanes === this) delete window.goalwireLanes;
@@ -58,7 +53,18 @@ export default {
     set_cursor(time) { // in s, as the goals' times
       if (this.dragging) return;
       this.cursor = time;
-      this.dirty = true;
+      this.wake();
+    },
+    wake() { // draws in the next frame
+      if (!this.request) this.request = requestAnimationFrame(this.draw);
+    },
+    slide() { // draws again when time has moved on; a frame that comes late tells what the last drawing cost the browser
+      clearTimeout(this.pause);
+      cancelAnimationFrame(this.measure);
+      this.measure = requestAnimationFrame((now) => {
+        const cost = Math.max(this.took, now - this.drawn - FRAME);
+        this.pause = setTimeout(this.wake, Math.min(Math.max(REDRAW, REST * cost), LONGEST_REST));
+      });
     },
     listen() {
       this.canvas.style.touchAction = "pan-y";
@@ -66,7 +72,7 @@ export default {
         const { now, span } = this.data, width = this.$el.clientWidth - 2 * LEFT;
         const part = Math.min(Math.max((event.clientX - this.canvas.getBoundingClientRect().left - LEFT) / width, 0), 1);
         this.cursor = now - span + part * span;
-        this.dirty = true;
+        this.wake();
         this.$emit("seek", this.cursor);
       };
       this.canvas.addEventListener("pointerdown", (event) => {
@@ -87,8 +93,8 @@ export default {
     },
     draw() {
       this.drawn = performance.now();
-      this.slowest = 0;
-      this.dirty = false;
+      cancelAnimationFrame(this.request);
+      this.request = 0;
       const ratio = window.devicePixelRatio || 1;
       const width = this.$el.clientWidth, height = this.$el.clientHeight;
       if (!width) return;
@@ -123,6 +129,7 @@ export default {
       }
       if (this.recording && this.cursor !== undefined) this.head(pen, x(this.cursor), height);
       this.took = performance.now() - this.drawn;
+      if (groups.length && !this.recording && !this.calm) this.slide();
     },
     head(pen, at, height) {
       pen.strokeStyle = pen.fillStyle = this.dark ? "#a5b4fc" : "#4f46e5";
