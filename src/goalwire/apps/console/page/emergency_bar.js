@@ -91,6 +91,7 @@ export default {
     },
   },
   watch: {
+    shown: { flush: "post", handler: "measure" },
     report: {
       deep: true,
       flush: "sync",
@@ -114,9 +115,6 @@ export default {
     this.measure();
     if (this.report) this.resume(this.report);
     window.goalwireStop = this; // for tests
-  },
-  updated() {
-    this.measure();
   },
   unmounted() {
     removeEventListener("keydown", this.on_key, true);
