@@ -355,6 +355,21 @@ def test_a_program_with_security_is_told_of_a_holder_without(
         program.expect('open')
 
 
+@pytest.mark.slow
+def test_a_program_without_security_is_told_to_have_it_too_beside_a_router(
+    secured: dict[str, str], world: dict[str, str], tmp_path: Path, port: int
+) -> None:
+    """eclipse-zenoh's router answers with an alert of TLS, which was taken for an answer of Zenoh's."""
+    Keystore(tmp_path / 'keys').add('site', 'router', ())
+    of_router = secured | {'GOALWIRE_SECURITY': f'{tmp_path}/keys:site'}
+    with Program(executable(), 'router', '--secure', env=of_router) as router:
+        router.expect('listens on')
+        assert rendezvous.look(port) is Holder.TLS
+        with Program(OPEN, 'plain', env=world) as plain:
+            plain.expect('which speaks TLS, while this .* export GOALWIRE_SECURITY=KEYSTORE:NAME')
+            plain.expect('open')
+
+
 def test_a_rendezvous_answers_as_a_router(port: int, open_side: OpenSide) -> None:
     open_side('one')
     assert rendezvous.look(port) is Holder.ZENOH
@@ -432,6 +447,38 @@ def test_a_router_with_security_that_dies_gets_its_port_back(
             again.expect('listens on')
             there.write_line('close')
             there.succeed()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('has_security', [False, True], ids=['a program without', 'a program with'])
+def test_a_router_gets_its_port_back_from_a_program_that_cannot_use_it(
+    secured: dict[str, str],
+    world: dict[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    port: int,
+    open_side: OpenSide,
+    *,
+    has_security: bool,
+) -> None:
+    """One of the two has security and the other has none. Such a program took the port at once, for good."""
+    Keystore(tmp_path / 'keys').add('site', 'router', ())
+    command, env = ['router'], world
+    if has_security:
+        monkeypatch.setenv('GOALWIRE_SECURITY', secured['GOALWIRE_SECURITY'])
+    else:
+        command, env = ['router', '--secure'], secured | {'GOALWIRE_SECURITY': f'{tmp_path}/keys:site'}
+    with Program(executable(), *command, env=env) as router:
+        router.expect('listens on')
+        open_side('ours')
+        router.kill()
+        router.wait()
+    time.sleep(5 * rendezvous.RETRY_S)  # what would take the port would do so now
+    assert not answers(port)
+    with Program(executable(), *command, env=env) as again:
+        again.expect('listens on')
+    monkeypatch.setattr(rendezvous, 'HESITATION_S', 0.0)  # it is over
+    wait_for(lambda: RENDEZVOUS.holds(port))
 
 
 def test_a_port_left_to_a_router_is_left_for_good(

@@ -71,11 +71,14 @@ class Holder(Enum):
 def look(port: int, patience: float = PATIENCE_S) -> Holder:
     """Greet the program that listens on a TCP port of this machine, as a Zenoh session does.
 
-    A router with TLS hangs up at that greeting, so a program that does gets a greeting of TLS, too.
+    A program with TLS answers with an alert (eclipse-zenoh) or hangs up (goalwire). So a program that hangs
+    up gets a greeting of TLS, too.
     """
     answer = _greet(port, _INIT, patience)
     if isinstance(answer, Holder):
         return answer
+    if answer in _TLS_ANSWERS:  # tested first: the third byte of an alert looks like Zenoh's CLOSE
+        return Holder.TLS
     if answer and answer[-1] & _ID in {_INIT_ID, _CLOSE_ID}:
         return Holder.ZENOH
     return Holder.TLS if _greet(port, _CLIENT_HELLO, patience) in _TLS_ANSWERS else Holder.STRANGER
@@ -152,6 +155,11 @@ def _has_open(process: Path, sockets: set[str]) -> bool:
 RETRY_S = 0.2
 """The seconds between two attempts to take the port; each costs 20 µs of CPU."""
 
+HESITATION_S = 10.0
+"""How long a port must be free before it is taken from a router that this program cannot connect to, since
+one of the two has security and the other has none. Such a router may be starting anew, which takes seconds;
+if it has gone for good, programs that cannot use it still find each other."""
+
 _TCP = Pattern(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
 """Matches host and port of zenoh's TCP endpoints, except host names that need a look-up."""
 
@@ -212,6 +220,7 @@ class EmbeddedRouter:
         """True if sockets of eclipse-zenoh may be open on the port: a forked child must close these.
         goalwire's own sockets close in a child by themselves."""
         self._closed = Event()
+        self._hesitates = False
         self._thread: Thread | None = None
         if is_taken(self._endpoints) or not self._take_port():
             self._thread = Thread(target=self._retry, name=f'rendezvous {port}', daemon=True)
@@ -241,9 +250,14 @@ class EmbeddedRouter:
         self._may_hold = True
 
     def _retry(self) -> None:
+        taken_at = monotonic()
         try:
             while not self._closed.wait(RETRY_S):
-                if not is_taken(self._endpoints) and self._take_port():
+                if is_taken(self._endpoints):
+                    taken_at = monotonic()
+                elif self._hesitates and monotonic() < taken_at + HESITATION_S:
+                    continue
+                elif self._take_port():
                     return
         except ForkedError:
             return
@@ -251,6 +265,10 @@ class EmbeddedRouter:
             from goalwire.logging import get_logger  # imported here: needed only for a warning
 
             get_logger(LOGGER).warning(str(error))
+
+    def hesitate(self) -> None:
+        """Take the port only after it has been free for `HESITATION_S`."""
+        self._hesitates = True
 
     def stand_back(self) -> None:
         """Stop waiting for the port. Any thread may call this; it takes no lock, not even one of zenoh."""
@@ -321,6 +339,12 @@ class Rendezvous:
         router = self._routers.get(port)
         if router is not None:
             router.stand_back()
+
+    def hesitate(self, port: int) -> None:
+        """Leave time for a router that has the port and starts anew, and that this program does not meet."""
+        router = self._routers.get(port)
+        if router is not None:
+            router.hesitate()
 
     def is_left(self, port: int) -> bool:
         """Return whether a port was left to another router."""

@@ -279,6 +279,8 @@ def _greet_holder(plan: Plan) -> Holder:
     if found not in NO_ROUTER:
         return found
     plan.session.set('transport/unicast/open_timeout', GREETING_MS)
+    if found is Holder.TLS and plan.gives_way:
+        RENDEZVOUS.hesitate(plan.local)
     from goalwire.logging import get_logger  # imported here: needed only for a warning
 
     advice = 'if that is a program of yours, export GOALWIRE_SECURITY=KEYSTORE:NAME for this one, too'
@@ -325,6 +327,8 @@ def _look_for_router(wire: Wire, plan: Plan, found: Holder) -> None:
     if plan.local is not None and loopback.is_loopback_down():
         advice = loopback.ADVICE
     elif is_asked_for() and plan.local is not None and look(plan.local) is Holder.ZENOH:
+        if plan.gives_way:
+            RENDEZVOUS.hesitate(plan.local)
         advice = (
             f'port {plan.local} is held by {name_of_holder(plan.local)}, which has no security: set '
             'GOALWIRE_SECURITY for it, too, or GOALWIRE_ROUTER_PORT to a free port for those with security'
