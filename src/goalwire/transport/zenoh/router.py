@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import zenoh
 
 from goalwire.errors import AddressTakenError, TransportError
+from goalwire.fault_reports import LOGGER
 from goalwire.security.environment import Chosen
 from goalwire.transport.zenoh import eclipse_library
 from goalwire.transport.zenoh.embedded_router import PORT_IS_TAKEN
@@ -42,4 +43,15 @@ def router(
     try:
         yield str(opened.info.zid())
     finally:
+        _close(opened)
+
+
+def _close(opened: zenoh.Session) -> None:
+    """Close a router. Zenoh gives up after 10 s, for example if a session does not read."""
+    try:
         opened.close()  # type: ignore[no-untyped-call]
+    except zenoh.ZError as error:
+        from goalwire.logging import get_logger  # imported here: needed only for a warning
+
+        why = eclipse_library.reason(error)
+        get_logger(LOGGER).warning(f'the router could not close all its links: {why}; its process ends them')
