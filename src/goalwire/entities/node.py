@@ -75,7 +75,7 @@ class NodeCore:
         self._owned: dict[int, Owned] = {}
         if context.session.refusals is not None:
             # imported here: most programs have no policy
-            from goalwire.entities.refusal_diagnostics import publish_through
+            from goalwire.entities.policy_diagnostics import publish_through
 
             publish_through(self, context.session.refusals, context.sends, context.ok)
         self.place = caller_place()

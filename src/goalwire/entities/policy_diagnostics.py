@@ -48,7 +48,7 @@ class PublishingNode(InGraph, Protocol):
         """Return the fully-qualified name of a topic."""
 
 
-class RefusalDiagnostics:
+class PolicyDiagnostics:
     """Publishes the refusals of one context's session, through the first of its nodes."""
 
     def __init__(self, refusals: RefusalCounts, sends: TimerThread, is_open: Callable[[], bool]) -> None:
@@ -126,7 +126,7 @@ class RefusalDiagnostics:
 def publish_through(
     node: PublishingNode, refusals: RefusalCounts, sends: TimerThread, is_open: Callable[[], bool]
 ) -> None:
-    """Publish what a node's session refuses; the parameters are those of RefusalDiagnostics."""
-    known = (each for each in refusals.listeners if isinstance(each, RefusalDiagnostics))
-    diagnostics = next(known, None) or RefusalDiagnostics(refusals, sends, is_open)
+    """Publish what a node's session refuses; the parameters are those of PolicyDiagnostics."""
+    known = (each for each in refusals.listeners if isinstance(each, PolicyDiagnostics))
+    diagnostics = next(known, None) or PolicyDiagnostics(refusals, sends, is_open)
     diagnostics.join(node)
