@@ -39,12 +39,16 @@ def _server() -> ForkServer:
 
 
 HURRY = """
-from importlib import import_module
+from pkgutil import resolve_name
 for name, seconds in waits.items():
-    module, _, wait = name.rpartition('.')
-    setattr(import_module(f'goalwire.apps.console.{module}'), wait, seconds)
+    place, _, wait = name.rpartition('.')
+    setattr(resolve_name(f'goalwire.apps.console.{place}'), wait, seconds)
 """
 """Has the console wait as long as `waits` says."""
+
+
+WAITS = {'page.robot_view.RobotView.period': 0.25}
+"""Four pictures of a moving robot a second are enough for a test: each costs browser and console much."""
 
 
 class Stage:
@@ -85,7 +89,7 @@ class Stage:
         `waits`: seconds in place of its own, as in {'server.HEAD_S': 0.5}. `first`: what its process runs
         before it imports anything.
         """
-        hurry = f'waits = {dict(waits or {})}\n{HURRY}'
+        hurry = f'waits = {WAITS | dict(waits or {})}\n{HURRY}'
         words = ('console', '--no-open', '--json', '--port', '0', *arguments)
         if first:
             console = self._enter(Program(first + CONSOLE, *words, env=self.env))

@@ -91,7 +91,8 @@ def test_peers_lose_nothing_with_the_router_but_those_who_come(stage: Stage, ope
 
 def test_a_browser_that_reads_nothing_holds_up_nobody(stage: Stage, open_page: OpenPage) -> None:
     stage.robot()
-    console, url = stage.console(waits={'page.kept._ANSWER_S': 0.2})
+    waits = {'page.kept._ANSWER_S': 0.2, 'page.robot_view.RobotView.period': 1 / 15}
+    console, url = stage.console(waits=waits)
     port = int(url.rstrip('/').rpartition(':')[2])
     with socket.socket() as silent:
         silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
