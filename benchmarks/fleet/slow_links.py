@@ -85,8 +85,8 @@ class Relay:
             for way in ways:
                 way.cancel()
             await asyncio.gather(*ways, return_exceptions=True)
-        except OSError:
-            pass  # the server is away: so is the link
+        except (OSError, asyncio.CancelledError):
+            pass  # the server is away; or the relay ends, and asyncio would print a traceback for each link
         finally:
             self._links.remove(link)
             for each in writers:
