@@ -21,10 +21,10 @@ import goalwire
 
 FLEET = uuid.UUID('b3c9a2c4-3a55-4a0e-9c1d-6f4f3b6a1f10')
 SKILLS = 'carry', 'lift'
-AT_ONCE = 20
+AT_ONCE = 40
 """How many missions of a skill a worker has in hand: those of other skills do not wait behind them.
 
-A worker that starts again looks up each of them in Postgres, also those that still wait for a robot.
+All workers together need as many as there are robots, or some robots have nothing to do.
 """
 
 TURNS = {skill: asyncio.Lock() for skill in SKILLS}
@@ -80,24 +80,25 @@ async def carry_out(mission: str, robot: str, skill: str, order: int) -> str:
     The goal's id follows from the mission's, and the robot keeps it in its journal: asking twice is safe.
     """
     goal_id = uuid.uuid5(FLEET, mission)
-    client = World.node.action(Fibonacci, f'/{robot}/{skill}')
-    try:
-        if not await World.leases.ask(mission, robot, await is_there(client)):
-            return ''
-        while True:
-            try:
-                return await follow(client, goal_id, order)
-            except SERVER_GONE:
-                pass  # the robot is away; when it is back, its journal has what it did
-            except goalwire.GoalCanceled:
-                return 'canceled'
-            except goalwire.GoalAborted as error:
-                # Without the mission's own sentence the robot's program has ended, and not the mission.
-                if f'mission {goal_id.hex}' in str(error):
-                    return f'failed: {error}'
-            await asyncio.sleep(1.0)
-    finally:
-        client.close()
+    is_there = await has_server(f'/{robot}/{skill}')
+    if not await World.leases.ask(mission, robot, is_there):
+        return ''
+    while True:
+        # A new client each time: no client sends an id twice, but a robot that was restarted needs it again.
+        client = World.node.action(Fibonacci, f'/{robot}/{skill}')
+        try:
+            return await follow(client, goal_id, order)
+        except SERVER_GONE:
+            pass  # the robot is away; when it is back, its journal has what it did
+        except goalwire.GoalCanceled:
+            return 'canceled'
+        except goalwire.GoalAborted as error:
+            # Without the mission's own sentence it is the robot's program that ended, and not the mission.
+            if f'mission {goal_id.hex}' in str(error):
+                return f'failed: {error}'
+        finally:
+            client.close()
+        await asyncio.sleep(1.0)
 
 
 async def follow(client, goal_id, order):
@@ -111,12 +112,15 @@ async def follow(client, goal_id, order):
     return 'succeeded'
 
 
-async def is_there(client):
-    """Return whether the robot serves the action, after a quarter of a lease at most."""
+async def has_server(action):
+    """Return whether the robot's action is there, after a quarter of a lease at most."""
+    client = World.node.action(Fibonacci, action)
     try:
         await client.wait_for_server(timeout=LEASE_S / 4)
     except goalwire.NoServerError:
         return False
+    finally:
+        client.close()
     return True
 
 
