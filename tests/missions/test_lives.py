@@ -12,7 +12,7 @@ from std_msgs.msg import Float32
 import goalwire
 from goalwire.errors import DeadlineError, JournalError, MissionError, MissionFailed, MissionIdTaken
 from goalwire.missions import Definition, MissionRun, MissionState, Runner, Steps, mission
-from goalwire.missions.changed_code import why_stuck
+from goalwire.missions.dry_replay import why_stuck
 from goalwire.missions.journal_store import Store
 from goalwire.rules.missions.entries import EntryKind
 

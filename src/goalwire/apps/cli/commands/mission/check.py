@@ -22,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace, output: Output) -> None:
     """Print for each open mission whether the file's code fits; raises CommandError if one does not."""
-    from goalwire.missions.changed_code import why_stuck
+    from goalwire.missions.dry_replay import why_stuck
 
     definitions = missions_in(arguments.file)
     stuck = 0

@@ -1,5 +1,6 @@
-"""The check whether changed code fits open missions: the code runs against their journals, and no step is
-carried out.
+"""The dry replay of a mission: its code runs against its journal, and no step is carried out.
+
+`goalwire mission check` tells so whether changed code fits the open missions.
 """
 
 from __future__ import annotations

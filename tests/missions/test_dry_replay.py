@@ -11,7 +11,7 @@ import pytest
 from helpers.missions import Base, Robot, play
 
 from goalwire.missions import Definition, MissionState
-from goalwire.missions.changed_code import why_stuck
+from goalwire.missions.dry_replay import why_stuck
 from goalwire.missions.journal_store import Store
 
 STEPS = [
