@@ -23,8 +23,8 @@ from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
 from goalwire.security.policy import Verb
 from goalwire.transport.zenoh.native_wire import NativeWire
+from goalwire.transport.zenoh.policy_enforcement import PolicyEnforcement
 from goalwire.transport.zenoh.router import router
-from goalwire.transport.zenoh.session_security import SessionSecurity
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.settings import Settings
 
@@ -82,7 +82,7 @@ class Robot(Ours):
         settings = Settings(
             listen=(self.where,) if listens else (), connect=connect, tls=files_of(keystore, name)
         )
-        self.wire = NativeWire(settings, SessionSecurity(Chosen(keystore.path, name)))
+        self.wire = NativeWire(settings, PolicyEnforcement(Chosen(keystore.path, name)))
         self.session = self.wire.session
         self.protocol = self.session.protocol
         self.id = self.session.id

@@ -27,8 +27,8 @@ from goalwire.security.policy import Verb
 from goalwire.security.policy_file import load_policy
 from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.native_wire import NativeWire
+from goalwire.transport.zenoh.policy_enforcement import LOOK_S, PolicyEnforcement
 from goalwire.transport.zenoh.policy_questions import CERTIFICATE
-from goalwire.transport.zenoh.session_security import LOOK_S, SessionSecurity
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
@@ -68,7 +68,7 @@ class Victim:
 
     def __init__(self, keystore: Keystore, name: str = 'robby') -> None:
         self.where = address().replace('tcp/', 'tls/')
-        security = SessionSecurity(Chosen(keystore.path, name))
+        security = PolicyEnforcement(Chosen(keystore.path, name))
         settings = Settings(listen=(self.where,), tls=files_of(keystore, name))
         self.wire = NativeWire(settings, security)
         self.protocol: SessionProtocol = self.wire.session.protocol
@@ -351,7 +351,7 @@ def test_nobody_is_dialled_or_listened_to_without_tls(keystore: Keystore) -> Non
     keystore.policy_path.write_text(_policy())
     settings = Settings(listen=(address(),), tls=files_of(keystore, 'robby'))
     with pytest.raises(TransportError, match='is not protected, and security is on: write tls/'):
-        NativeWire(settings, SessionSecurity(Chosen(keystore.path, 'robby')))
+        NativeWire(settings, PolicyEnforcement(Chosen(keystore.path, 'robby')))
 
 
 def test_a_server_that_is_not_of_the_site_is_not_talked_to(
@@ -364,7 +364,7 @@ def test_a_server_that_is_not_of_the_site_is_not_talked_to(
         connect=(target.where,), listen=(), tls=files_of(keystore, 'mallory'), must_connect=True
     )
     with pytest.raises(TransportError, match="'robby' is not named in"):
-        NativeWire(settings, SessionSecurity(Chosen(keystore.path, 'mallory')))
+        NativeWire(settings, PolicyEnforcement(Chosen(keystore.path, 'mallory')))
 
 
 # ---- what changes while it runs
@@ -486,4 +486,4 @@ def test_a_certificate_of_somebody_else_is_not_taken_over_a_link(
 def test_an_unusable_policy_is_an_error_of_opening(keystore: Keystore) -> None:
     keystore.policy_path.write_text('mode = 1')
     with pytest.raises(SecurityError, match='mode is 1'):
-        SessionSecurity(Chosen(keystore.path, 'robby'))
+        PolicyEnforcement(Chosen(keystore.path, 'robby'))

@@ -30,7 +30,7 @@ from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.shared_memory import Loan
 
 if TYPE_CHECKING:
-    from goalwire.transport.zenoh.session_security import SessionSecurity
+    from goalwire.transport.zenoh.policy_enforcement import PolicyEnforcement
 
 TOKEN_KEYS = (f'{GRAPH_SPACE}/**', '**/@adv/**')
 """The key expressions of tokens: of nodes and endpoints, and of publishers and subscribers with history.
@@ -195,7 +195,7 @@ class NativeWire(wire.Wire):
     discovers_at_once = True
 
     def __init__(
-        self, settings: Settings, security: SessionSecurity | None = None, scope: RobotKeys | None = None
+        self, settings: Settings, security: PolicyEnforcement | None = None, scope: RobotKeys | None = None
     ) -> None:
         """Open the session. Raises TransportError.
 

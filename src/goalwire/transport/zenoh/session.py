@@ -60,14 +60,14 @@ from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
 
 if TYPE_CHECKING:
-    from goalwire.transport.zenoh.session_security import SessionSecurity
+    from goalwire.transport.zenoh.policy_enforcement import PolicyEnforcement
 
 
 _ASKED = f'{environment.CHOICE}={ECLIPSE}'
 
 
 def _open_wire(
-    configuration: Configuration, security: SessionSecurity | None, scope: RobotKeys | None
+    configuration: Configuration, security: PolicyEnforcement | None, scope: RobotKeys | None
 ) -> Wire:
     """Open a session. Raises TransportError or ForkedError."""
     # Only the kind of session that is opened is imported: each costs some 10 ms.
@@ -89,7 +89,7 @@ def _open_wire(
     return NativeWire(settings, security, scope)
 
 
-def _refuse_unprotected(security: SessionSecurity | None, why: str) -> None:
+def _refuse_unprotected(security: PolicyEnforcement | None, why: str) -> None:
     """Raise TransportError if the program has an identity, since eclipse-zenoh checks no policy."""
     if security is not None:
         raise TransportError(
@@ -255,14 +255,14 @@ def open_session(options: SessionOptions) -> Session:
     return opened
 
 
-def _secure(enclave: str) -> SessionSecurity | None:
+def _secure(enclave: str) -> PolicyEnforcement | None:
     """Return the session's identity and policy from the keystore. Raises SecurityError."""
     # Imported here, since most programs run without security
     from goalwire.security.environment import choose_identity
-    from goalwire.transport.zenoh.session_security import SessionSecurity
+    from goalwire.transport.zenoh.policy_enforcement import PolicyEnforcement
 
     identity = choose_identity(enclave)
-    return None if identity is None else SessionSecurity(identity)
+    return None if identity is None else PolicyEnforcement(identity)
 
 
 def _greet_holder(plan: Plan) -> Holder:

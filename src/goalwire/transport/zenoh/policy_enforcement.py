@@ -46,7 +46,7 @@ MOST_TOLD = 4096
 """How many different refusals are logged, since a peer could invent names without limit."""
 
 
-class SessionSecurity:
+class PolicyEnforcement:
     """The identity, the policy and the revoked names that one session has read from the keystore."""
 
     def __init__(self, chosen: Chosen) -> None:
