@@ -248,6 +248,16 @@ def test_topics_are_measured_plotted_and_saved(stage: Stage, open_page: OpenPage
     chart = "getElement(document.querySelector('[data-plot]').id.slice(1)).chart"
     until(page, f'() => ({chart}.getOption().series[0]?.data ?? []).length > 20')
     until(page, '() => /Hz/.test(document.querySelector(\'tr[data-key="/load"]\').textContent)')
+    # A chart that has been drawn soon rests.
+    page.evaluate(f"""() => {{
+      const zr = {chart}.getZr();
+      window.counted = {{frames: 0, drawings: 0}};
+      zr.animation.on('frame', () => counted.frames++);
+      zr.on('rendered', () => counted.drawings++); }}""")
+    until(page, '() => counted.drawings > 5')
+    counted = page.evaluate('() => counted')
+    assert counted['frames'] <= 4 * counted['drawings']
+
     row(page, '/joint_states')
     page.wait_for_selector('.gw-tree:has-text("left_joint")')
     picture(page, 'topics')

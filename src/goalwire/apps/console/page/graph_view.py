@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.aio.graph import EndpointKind, GraphEntity
-from goalwire.apps.console.page.charts import graph_options, graph_point, mark_as_bad
+from goalwire.apps.console.page.charts import graph_options, graph_point, mark_as_bad, rest_while_still
 from goalwire.apps.console.page.parts import LiveTable, head
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.graph_layout import Place, arrange
@@ -72,6 +72,7 @@ class GraphViewPage(View):
                 graph_options([], [], dark=self.page.is_dark), on_point_click=self._on_point
             )
             self._chart.style('height: 400px; width: 100%').props('data-chart')
+            rest_while_still(self._chart)
             self._too_many = ui.label('').classes('gw-empty')
         with ui.element('div').classes('gw-card flush'):
             with head('Endpoints', 'cable'):

@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.page.charts import PALETTE, plot_line, plot_options
+from goalwire.apps.console.page.charts import PALETTE, plot_line, plot_options, rest_while_still
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.state.recorded_plot import RecordedPlot
 from goalwire.apps.console.state.recording import Recording
@@ -31,6 +31,7 @@ class RecordingPlots:
                 self._names = ui.element('div').classes('gw-actions')
             self._chart = ui.echart(self._options(dark=False)).style('width: 100%; height: 230px')
             self._chart.props('data-plot')
+            rest_while_still(self._chart)
         self._put_names()
 
     def _options(self, *, dark: bool) -> dict[str, Any]:

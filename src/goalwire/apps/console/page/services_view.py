@@ -8,7 +8,7 @@ from nicegui import ui
 
 import goalwire
 from goalwire.aio.graph import EndpointKind
-from goalwire.apps.console.page.charts import histogram_options
+from goalwire.apps.console.page.charts import histogram_options, rest_while_still
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View, duration
@@ -134,6 +134,7 @@ class ServicesView(View):
                     self._chart = ui.echart(histogram_options([], dark=self.page.is_dark)).style(
                         'height: 170px; width: 100%'
                     )
+                    rest_while_still(self._chart)
                 with ui.element('div').classes('gw-card flush'):
                     head('History', 'history')
                     self._form.history(self._show)

@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.apps.console.page.charts import PALETTE, background, plot_line, plot_options
+from goalwire.apps.console.page.charts import PALETTE, background, plot_line, plot_options, rest_while_still
 from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.parts import LiveTable, ValueTree, forbid, head
 from goalwire.apps.console.page.publish_form import PublishForm
@@ -99,6 +99,7 @@ class TopicsView(View):
                 ui.button('PNG', icon='image', on_click=self._save_png).props('flat dense no-caps data-png')
             self._chart = ui.echart(plot_options(dark=self.page.is_dark)).classes('gw-fill')
             self._chart.style('width: 100%; min-height: 220px').props('data-plot')
+            rest_while_still(self._chart)
         self._put_names()
 
     # -- the list --------------------------------------------------------------------------------------------
