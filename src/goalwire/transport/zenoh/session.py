@@ -18,7 +18,7 @@ from threading import RLock
 from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.concurrency.descriptors import require_free
-from goalwire.errors import RemoteError, TransportError
+from goalwire.errors import TransportError
 from goalwire.fault_reports import LOGGER
 from goalwire.security import is_asked_for
 from goalwire.transport import loopback
@@ -39,6 +39,7 @@ from goalwire.transport.contract import (
 from goalwire.transport.endpoint import EndpointState, OpenNode, OpenPort, OpenSession, close_at_exit
 from goalwire.transport.zenoh import publisher, subscription
 from goalwire.transport.zenoh.context import ZenohContext
+from goalwire.transport.zenoh.graph_tokens import watch_graph_tokens
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, Holder, look, name_of_holder
 from goalwire.transport.zenoh.ros_keys import (
     RobotKeys,
@@ -46,10 +47,7 @@ from goalwire.transport.zenoh.ros_keys import (
     encode_endpoint,
     encode_node,
     gid_of,
-    graph_key,
     own_entity,
-    own_graph_key,
-    parse,
     robot_keys,
 )
 from goalwire.transport.zenoh.services import ZenohClient, ZenohService
@@ -108,32 +106,6 @@ def _open_eclipse(configuration: Configuration, why: str) -> Wire:
             f'{why} needs eclipse-zenoh, which is not installed: run {INSTALL_ECLIPSE}'
         ) from None
     return EclipseWire(configuration)
-
-
-def _watch_tokens(
-    context: ZenohContext, listener: GraphListener, scope: RobotKeys | None
-) -> Iterator[Declared]:
-    """Report tokens to `listener`: all, or this session's own and those in the scope.
-
-    Those that exist now are reported before this ends.
-    """
-
-    def on_token(token: str, is_there: bool) -> None:
-        try:
-            entity = context.own.get(token) or parse(token)
-        except RemoteError as error:
-            context.rejects.add('token', error)
-            return
-        if is_there:
-            listener.appeared(entity)
-        else:
-            listener.vanished(entity)
-
-    keys = [graph_key(context.domain_id)]
-    if scope is not None:
-        keys = [own_graph_key(context.domain_id, context.id), *scope.graph]
-    for key in keys:
-        yield context.wire.watch_tokens(key, on_token, waits=True)
 
 
 class NewEndpoint(NamedTuple):
@@ -376,7 +348,7 @@ class ZenohSession(OpenSession):
     def watch_graph(self, listener: GraphListener) -> None:
         """Report every node and endpoint that the session looks at to `listener`, and every change."""
         self.state.check()
-        for watcher in _watch_tokens(self._context, listener, self._scope):
+        for watcher in watch_graph_tokens(self._context, listener, self._scope):
             with self._lock:
                 self.watchers.append(watcher)
 
