@@ -1,15 +1,18 @@
 """The humanoid on its feet: python -m benchmarks.walking [PART ...] [--runs N] [--seconds S].
 
 `walks`: at 0.3, 0.5 and 0.8 m/s, each run with other masses and inertias (±10 %), another friction (0.5 to
-1.2) and pushes of 100 N for 0.2 s from anywhere, at random moments. `pushes`: the largest of 0.2 s that is
-survived, from eight directions. `stand`: ten minutes. `far`: 100 m in one goal. Nothing but the simulation
-runs: no ROS, no real time. Needs MuJoCo and daqp.
+1.2) and pushes of 100 N for 0.2 s from anywhere, at random moments. `moments`: 48 single pushes of 140 N,
+at eight moments of a stride of six such robots; half of the pushes go sideways. It takes less than a minute,
+to compare two walkers by the same pushes. `pushes`: the largest of 0.2 s that is survived, from eight
+directions. `stand`: ten minutes. `far`: 100 m in one goal. Nothing but the simulation runs: no ROS, no real
+time. Needs MuJoCo and daqp.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import os
 import random
 import time
 from collections.abc import Callable, Sequence
@@ -22,6 +25,7 @@ from humanoid.navigation.base import Pose2D, Velocity2D
 from humanoid.physics.base import PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.world import TICK, World
+from humanoid.walking.gait import SHIFT, SWING
 
 SPEEDS = (0.3, 0.5, 0.8)  # m/s
 CHANGE = 0.1  # of each mass and inertia
@@ -31,6 +35,11 @@ PUSH_EVERY = 10.0  # s, on average
 BEGIN = 3.0  # s before speed and energy are measured
 DIRECTIONS = range(0, 360, 45)  # degrees, from straight ahead to the left
 FORCES = range(50, 651, 50)  # N
+ROBOTS, MOMENTS = 6, 8  # of the part `moments`: other masses, inertias and friction; parts of a stride
+STRIDE = 2.0 * (SHIFT + SWING)  # s
+FIRST = 2.61  # s before the first of these pushes
+HARD, AFTERWARDS = 140.0, 2.5  # N; s in which a robot falls, or does not
+ASIDE = 40.0  # degrees: sideways pushes go at most this far from straight to the left or right
 HOME = {joint.name: joint.home for joint in JOINTS}
 
 
@@ -97,6 +106,36 @@ def walks(runs: int, seconds: float) -> None:
         )
 
 
+def moments(speed: float = 0.5) -> None:
+    falls = []
+    for seed in range(ROBOTS):
+        chance = random.Random(seed)
+        world = World(urdf_text(), HOME, seed, change=changed(chance))
+        PhysicsJoints(world)
+        PhysicsBase(world, BaseSpec(max_speed=speed)).drive_at(Velocity2D(speed))
+        ticks(world, FIRST)
+        for moment in range(MOMENTS):
+            aside = chance.choice((90, 270)) + chance.uniform(-ASIDE, ASIDE) if moment % 2 == 0 else None
+            degrees = chance.uniform(0.0, 360.0) if aside is None else aside
+            if falls_if_pushed(world, degrees):
+                falls.append(f'robot {seed}, moment {moment}, to {degrees:.0f} degrees')
+            ticks(world, STRIDE / MOMENTS)
+    print(f'{len(falls)} of {ROBOTS * MOMENTS} single pushes of {HARD:g} N at {speed:g} m/s end in a fall')
+    print('\n'.join(falls), flush=True)
+
+
+def falls_if_pushed(world: World, degrees: float) -> bool:
+    """Push a copy of the world, in a process of its own, and return whether the robot falls."""
+    child = os.fork()
+    if child == 0:
+        pushed(world, HARD, degrees)
+        end = world.time + AFTERWARDS
+        while world.time < end and not world.fallen:
+            world.tick()
+        os._exit(world.fallen)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) != 0
+
+
 def survives(force: float, degrees: float, speed: float) -> bool:
     world = World(urdf_text(), HOME)
     base = PhysicsBase(world)
@@ -156,13 +195,15 @@ def mean(numbers: Sequence[float]) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or '').partition('\n\n')[2])
-    parser.add_argument('parts', nargs='*', help='walks, pushes, stand, far; without any: all')
+    parser.add_argument('parts', nargs='*', help='walks, moments, pushes, stand, far; without any: all')
     parser.add_argument('--runs', type=int, default=200, help='walks at each speed (200)')
     parser.add_argument('--seconds', type=float, default=60.0, help='of each walk (60)')
     options = parser.parse_args()
-    parts = options.parts or ['walks', 'pushes', 'stand', 'far']
+    parts = options.parts or ['walks', 'moments', 'pushes', 'stand', 'far']
     if 'walks' in parts:
         walks(options.runs, options.seconds)
+    if 'moments' in parts:
+        moments()
     if 'pushes' in parts:
         pushes()
     if 'stand' in parts:
