@@ -40,7 +40,7 @@ class World:
     leases: Leases
 
 
-@DBOS.workflow()
+@DBOS.workflow(max_recovery_attempts=None)
 async def deliver(mission: str, skill: str, order: int) -> list[str]:
     """Carry out a mission, and return the robot and how it ended. Its id in the engine is the mission's."""
     while True:
