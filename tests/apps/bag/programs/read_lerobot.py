@@ -17,7 +17,7 @@ for number in range(len(dataset)):
             'time': float(item['timestamp']),
             'task': item['task'],
             'state': item['observation.state'].tolist(),
-            'action': item['action'].tolist(),
+            'action': item['action'].reshape(-1).tolist(),  # one number alone has no dimension
             'pixels': {
                 key: (item[key] * 255).round().int().permute(1, 2, 0).tolist()
                 for key in dataset.meta.camera_keys

@@ -15,11 +15,14 @@ from goalwire.apps.bag.exporting.folders import refuse_existing
 from goalwire.apps.bag.exporting.frames import Episode
 from goalwire.apps.bag.exporting.survey import Choice, Layout, Survey
 from goalwire.errors import BagError
+from goalwire.files import show
 from goalwire.records import record
 from goalwire.rosbag2.reader import Reader
 
 TASK_KEY = 'task'
 """The key of the task's text in a bag's custom data."""
+SMALLEST = 32
+"""The fewest pixels that a side of a video has: lerobot's encoder, SVT-AV1, kills the process at 16."""
 
 
 @record
@@ -63,6 +66,7 @@ def write_dataset(
         with open_bag(path) as bag:
             survey.look(bag)
     layout = survey.layout()
+    _check_sizes(layout, target)
     dataset = _create(layout, target)
     counts: list[int] = []
     left_out = [f"'{topic}' is left out: {reason}" for topic, reason in survey.unusable.items()]
@@ -95,6 +99,16 @@ def features_of(layout: Layout, *, has_videos: bool) -> dict[str, dict[str, Any]
             'names': ['height', 'width', 'channels'],
         }
     return features
+
+
+def _check_sizes(layout: Layout, target: Target) -> None:
+    """Raise BagError for pictures that are too small for videos."""
+    for camera in layout.cameras:
+        if target.has_videos and min(camera.height, camera.width) < SMALLEST:
+            raise BagError(
+                f"'{show(camera.topic)}' has pictures of {camera.width} x {camera.height}, and videos need "
+                f'{SMALLEST} x {SMALLEST}; use --no-video'
+            )
 
 
 def _create(layout: Layout, target: Target) -> Any:
