@@ -83,10 +83,17 @@ def _server(site: Path | None) -> ForkServer:
 
 
 def humanoid(
-    *arguments: str, env: Mapping[str, str], cwd: Path | None = None, site: Path | None = None
+    *arguments: str,
+    env: Mapping[str, str],
+    cwd: Path | None = None,
+    site: Path | None = None,
+    is_forked: bool = True,
 ) -> Program:
-    """Run `humanoid ARGUMENTS`, of the checkout or as it is installed in `site`."""
-    if os.name != 'posix':
+    """Run `humanoid ARGUMENTS`, of the checkout or as it is installed in `site`.
+
+    `is_forked`: forked from a process that has imported the robot; if not, `PYTHONPATH` may name another one.
+    """
+    if os.name != 'posix' or not is_forked:
         return Program(_MAIN, *arguments, env=env, cwd=cwd)
     return Program(_FORKED, *arguments, env=env, cwd=cwd, server=_server(site))
 

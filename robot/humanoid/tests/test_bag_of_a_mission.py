@@ -33,8 +33,8 @@ MEANWHILE = (
 
 
 @contextmanager
-def robot_up(env: dict[str, str]) -> Iterator[Program]:
-    with humanoid('up', env=env) as up:
+def robot_up(env: dict[str, str], *, is_forked: bool = True) -> Iterator[Program]:
+    with humanoid('up', env=env, is_forked=is_forked) as up:
         up.expect(UP, LONG)
         yield up
 
@@ -88,7 +88,7 @@ def test_a_mission_is_repeated_and_one_number_that_was_changed_is_found(
         code, told = expect(bag, world)
     assert 'everything is as it was recorded' in told
     assert code == 0
-    with robot_up(world | {'PYTHONPATH': str(changed(tmp_path))}):
+    with robot_up(world | {'PYTHONPATH': str(changed(tmp_path))}, is_forked=False):
         code, told = expect(bag, world)
     assert 'battery.design_capacity 16, was 15 (tolerance 0.3)' in told
     assert code == 1
