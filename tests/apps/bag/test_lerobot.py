@@ -345,7 +345,7 @@ def write_demonstrations(folder: Path) -> None:
             folder / name,
             [
                 *(joints(at, elbow=at / 1000, wrist=float(length)) for at in range(0, length, 10)),
-                *((at, '/front/image', picture(at // 10, 32, 48)) for at in range(0, length, 40)),
+                *((at, '/front/image', picture(at // 10, 128, 192)) for at in range(0, length, 40)),
                 *((at, '/command', Float64MultiArray(data=[float(at)])) for at in range(0, length, 20)),
             ],
             custom_data=data,
@@ -384,7 +384,7 @@ def test_lerobot_reads_the_dataset(tmp_path: Path, flags: list[str]) -> None:
     assert "'first': 25 frames" in ended.stderr
     assert (
         "'data' has 2 episodes with 38 frames, 25 a second: observation.state (2), action (1), "
-        'observation.images.front (48 x 32)'
+        'observation.images.front (192 x 128)'
     ) in ended.stderr
     found = read_dataset(tmp_path / 'data')
     assert (found['fps'], found['episodes'], found['robot']) == (25, 2, 'r2')
@@ -399,11 +399,11 @@ def test_lerobot_reads_the_dataset(tmp_path: Path, flags: list[str]) -> None:
         assert frame['state'] == pytest.approx([at / 1000, length])
         assert frame['action'] == [at]
         pixels = np.array(frame['pixels']['observation.images.front'])
-        expected = np.full((32, 48, 3), at // 10)
-        expected[:16] = 200, 0, 0
+        expected = np.full((128, 192, 3), at // 10)
+        expected[:64] = 200, 0, 0
         # The codec of videos blurs the edge in the middle; the first row and the last one are little changed.
         tolerance = 0 if flags else 30
-        assert np.abs(pixels[[0, 31]] - expected[[0, 31]]).max() <= tolerance, (at, pixels)
+        assert np.abs(pixels[[0, 127]] - expected[[0, 127]]).max() <= tolerance, (at, pixels)
 
 
 @needs_lerobot

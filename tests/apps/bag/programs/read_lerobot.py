@@ -7,7 +7,8 @@ from pathlib import Path
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
 
 folder = Path(sys.argv[1])
-dataset = LeRobotDataset(folder.name, root=folder)
+# PyAV brings FFmpeg along; torchcodec, the default, needs that of the system.
+dataset = LeRobotDataset(folder.name, root=folder, video_backend='pyav')
 frames = []
 for number in range(len(dataset)):
     item = dataset[number]
