@@ -82,6 +82,27 @@ def test_a_goal_for_many_robots_is_limited_and_each_has_a_report(play: Play) -> 
     play(scenario)
 
 
+def test_a_job_leaves_no_client_on_the_wire(play: Play) -> None:
+    async def scenario() -> None:
+        async with Robots().serving('alpha'), Fleet('dispatch') as fleet:
+            await fleet.wait_for('alpha', timeout=PATIENCE)
+            for _ in range(3):
+                [report] = await fleet.send(Fibonacci, 'drive', order=1)
+                assert report.succeeded
+            changes = fleet.node.graph.changes()
+            async with asyncio.timeout(PATIENCE):
+                while any(name.startswith('/alpha/drive/') for name in clients_of(fleet)):
+                    await anext(changes)
+            changes.close()
+
+    play(scenario)
+
+
+def clients_of(fleet: Fleet) -> list[str]:
+    """The names of what the fleet's node has a client or a subscription of."""
+    return [each.name for each in fleet.node.graph.endpoints() if each.node.name == 'dispatch']
+
+
 def test_after_too_many_failures_no_further_goal_is_sent(play: Play) -> None:
     async def scenario() -> None:
         robots = Robots()

@@ -10,13 +10,14 @@ if TYPE_CHECKING:
 
 
 class Clients:
-    """Makes clients when they are first needed. They end with the node."""
+    """Makes clients when they are first needed. They end with the runner: a node may have many runners."""
 
     def __init__(self, node: goalwire.Node, computer: ThisComputer) -> None:
         self._node = node
         self._computer = computer
         self._actions: dict[tuple[Any, str], goalwire.ActionClient[Any, Any, Any]] = {}
         self._services: dict[tuple[Any, str], goalwire.Client[Any, Any]] = {}
+        self._replaced: list[goalwire.ActionClient[Any, Any, Any]] = []
         self._since: dict[str, float] = {}
         self._journals: dict[tuple[str, frozenset[str]], str] = {}
         self.sent: dict[bytes, goalwire.Run[Any, Any]] = {}
@@ -31,6 +32,8 @@ class Clients:
     def renew_action(self, action_type: Any, name: str) -> goalwire.ActionClient[Any, Any, Any]:
         """Replace the client of an action. Goals under way go on with the old one."""
         client = self._node.action(action_type, name)
+        if replaced := self._actions.get((action_type, name)):
+            self._replaced.append(replaced)
         self._actions[action_type, name] = client
         self._since[client.name] = self._computer.steady()
         return client
@@ -60,7 +63,9 @@ class Clients:
         return client
 
     async def close(self) -> None:
-        """Await no result any more. The goals go on."""
+        """Await no result any more, and close the clients. The goals go on."""
         while self.sent:
             _, run = self.sent.popitem()
             await run.__aexit__(None, None, None)
+        for client in (*self._replaced, *self._actions.values(), *self._services.values()):
+            client.close()

@@ -86,6 +86,7 @@ class Runner:
             await writer.run(lambda: note_port(store, port))
             self._writer = writer
             self._clients = Clients(self._node, self._computer)
+            stack.push_async_callback(self._clients.close)
             self._lock = lock
             if self._one_at_a_time:
                 self._turns = Turns()
@@ -117,7 +118,6 @@ class Runner:
         await asyncio.wait(under_way)
         for run in self._runs.values():
             await run.close()
-        await self._clients.close()
         self._lock.note(self._computer.sighting())
 
     def _note_alive(self) -> None:
