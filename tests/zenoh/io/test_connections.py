@@ -334,7 +334,8 @@ def expect_nothing_left(open_and_lose: Callable[[int], None]) -> None:
     wait_for(
         lambda: threading.active_count() <= threads and descriptors() <= files + 2, 'what was there before'
     )
-    assert after - before < 60_000
+    # A link that has dialled again may be reading at this moment, into room that it gives back.
+    assert after - before < 60_000 + socket_link.READ_SIZE
 
 
 def test_who_waits_for_room_on_a_link_that_dies_goes_on(listener: Ours, warnings: list[str]) -> None:
