@@ -1,1 +1,1 @@
-"""Bags as Parquet and as pictures. The command `bag export` itself writes CSV and JSON lines."""
+"""Bags as Parquet, pictures and datasets of LeRobot. `bag export` writes CSV and JSON lines itself."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -54,25 +55,29 @@ class Episode:
         by_topic: dict[str, list[_Numbers | _Pictures]] = {}
         for source in self._sources:
             by_topic.setdefault(source.topic, []).append(source)
-        first: int | None = None
-        due = count = last = 0
+        times: Iterator[int] = iter(())
+        due: int | None = None
+        last = 0
         for message in self._bag.messages(by_topic.keys(), self._start):
-            while first is not None and due < message.time:
+            while due is not None and due < message.time:
                 yield self._frame(due)
-                count += 1
-                due = first + count * 1_000_000_000 // self._layout.fps
+                due = next(times)
             for source in by_topic[message.topic]:
                 source.take(message)
             last = message.time
-            if first is None and all(source.is_known for source in self._sources):
-                first = due = message.time
-        if first is None:
+            if due is None and all(source.is_known for source in self._sources):
+                times = self._times(message.time)
+                due = next(times)
+        if due is None:
             unknown = next(source for source in self._sources if not source.is_known)
             raise BagError(f"'{show(self._bag.path)}' has no frame: {unknown.reason}")
         while due <= last:
             yield self._frame(due)
-            count += 1
-            due = first + count * 1_000_000_000 // self._layout.fps
+            due = next(times)
+
+    def _times(self, first: int) -> Iterator[int]:
+        """Yield the times of the frames, in ns. Each is rounded by itself, so that no error grows."""
+        return (first + number * 1_000_000_000 // self._layout.fps for number in count())
 
     def _frame(self, time: int) -> Frame:
         return {source.feature: source.value(time) for source in self._sources}
@@ -175,6 +180,6 @@ class _Pictures:
 
     def left_out(self) -> list[str]:
         return [
-            f"{count:,} pictures of '{self.topic}' are left out: {reason}"
-            for reason, count in self._reasons.items()
+            f"{number:,} pictures of '{self.topic}' are left out: {reason}"
+            for reason, number in self._reasons.items()
         ]
