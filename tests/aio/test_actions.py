@@ -38,7 +38,7 @@ from goalwire.errors import (
     ServerLostError,
 )
 from goalwire.logging import add_sink
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.transport.faults import Faults, Kill, Point
 
 Taken: TypeAlias = goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]

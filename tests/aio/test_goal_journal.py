@@ -19,7 +19,7 @@ from goalwire import GoalJournal, GoalState
 from goalwire.entities.actions.journal_file import JournalFile
 from goalwire.errors import GoalRefused, JournalError, ServerLostError
 from goalwire.missions import MissionState, Runner, Steps, mission
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.testing import Graph, VirtualClock
 
 ID = UUID('6ba7b810-9dad-41d1-80b4-00c04fd430c8')

@@ -16,7 +16,7 @@ from goalwire.errors import GoalAborted, GoalRefused, NoServerError, ServerStuck
 from goalwire.logging import add_sink
 from goalwire.rules.goals.cancel_requests import CancelCode
 from goalwire.rules.goals.policy import OnClientLost
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.time import Time
 from goalwire.testing import VirtualClock
 

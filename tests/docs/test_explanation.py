@@ -11,7 +11,7 @@ from helpers.markdown import DOCS, ROOT, blocks, rows
 from rclpy.qos import QoSPresetProfiles
 
 from goalwire.records import replace
-from goalwire.rules.goals.table import TABLE, GoalStatus
+from goalwire.rules.goals.states import TABLE, GoalStatus
 from goalwire.rules.qos import DurabilityPolicy, LivelinessPolicy, QoS, QoSPolicyEnum, ReliabilityPolicy
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName

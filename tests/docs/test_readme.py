@@ -10,7 +10,7 @@ from helpers.isolation import isolated_env
 from helpers.markdown import ROOT, blocks
 from helpers.processes import Program
 
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 pytestmark = pytest.mark.slow
 

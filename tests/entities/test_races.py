@@ -29,7 +29,7 @@ from goalwire.errors import TransportError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import STEADY
 from goalwire.rules.goals import wire
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, NodePort, Request, Sample
 

@@ -18,7 +18,7 @@ from goalwire.entities.actions.journal_file import JournalFile
 from goalwire.execution.future import Future
 from goalwire.missions.journal_store import Change, MissionRow, Store
 from goalwire.rules.goals.journal import GoalJournal
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.missions.entries import Entry, EntryKind, MissionState
 
 T = TypeVar('T')

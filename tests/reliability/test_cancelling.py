@@ -13,7 +13,7 @@ from helpers.patience import PATIENCE
 
 import goalwire
 from goalwire.errors import GoalCanceled
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.transport.faults import Delay, Kind
 
 from .conftest import Evidence, MakeStage

@@ -29,7 +29,7 @@ from goalwire.missions.live_step import IfLost, Interrupted, LiveStep
 from goalwire.missions.outcomes import Outcome, encode_message
 from goalwire.records import record
 from goalwire.rules.goals.server_view import ServerView
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.missions.entries import Decision, Entry, EntryKind
 from goalwire.rules.missions.unknown_goals import Whereabouts, judge
 

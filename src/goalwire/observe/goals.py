@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from goalwire.observe.progress import Progress, ProgressError, likely_field
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 SENT = 'SENT'
 """The status of a goal whose server has not answered yet."""

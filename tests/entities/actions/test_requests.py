@@ -37,7 +37,7 @@ from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.rules import reasons
 from goalwire.rules.goals.ids import GoalId
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.goals.wire import encode_acceptance
 from goalwire.transport.contract import Request, Sample
 from goalwire.transport.zenoh import eclipse_wire

@@ -25,7 +25,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from goalwire.execution.monotonic import STEADY
-from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus
+from goalwire.rules.goals.states import TABLE, GoalEvent, GoalStatus
 
 pytestmark = pytest.mark.timeout(400)  # a failure takes its time to be shrunk
 

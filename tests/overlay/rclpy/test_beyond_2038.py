@@ -25,7 +25,7 @@ from std_srvs.srv import Trigger
 
 import goalwire
 from goalwire.execution.monotonic import SteadyClock
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 LATER = 4_000_000_000 * 10**9
 LAST = (2**31 - 1, 10**9 - 1)

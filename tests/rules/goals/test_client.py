@@ -14,7 +14,7 @@ from goalwire.rules.goals.effects import (
     StatusChanged,
     UnexpectedReply,
 )
-from goalwire.rules.goals.status import StatusArray
+from goalwire.rules.goals.status_array import StatusArray
 
 A, B = (bytes([n]) * 16 for n in range(1, 3))
 

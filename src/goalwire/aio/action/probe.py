@@ -18,7 +18,7 @@ from goalwire.execution.future import Future
 from goalwire.records import record
 from goalwire.rules.goals.ids import new_goal_id
 from goalwire.rules.goals.journal import RESULT_DROPPED, SERVER_DIED, journal_in
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import get_logger
 from goalwire.rules.goals.ids import new_goal_id
 from goalwire.rules.goals.journal import SERVER_DIED
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.goals.wire import unwrap
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from goalwire.apps.bag.selection import Selection
 from goalwire.errors import BagError, GoalAborted
 from goalwire.idl import get_action, get_service
 from goalwire.rosbag2.reader import Reader
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 _S = 1_000_000_000
 

@@ -20,7 +20,7 @@ from goalwire.errors import BagError, CallError, GoalCanceled, GoalFailed, GoalR
 from goalwire.idl import get_action, get_service
 from goalwire.records import record
 from goalwire.rosbag2.reader import Reader
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 _S = 1_000_000_000
 SHOWN_REQUEST = 80

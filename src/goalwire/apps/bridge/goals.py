@@ -10,7 +10,7 @@ import goalwire
 from goalwire.aio.action.run import Run
 from goalwire.errors import GoalAborted, GoalCanceled, GoalwireError
 from goalwire.records import record
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 
 @record

@@ -12,8 +12,8 @@ from goalwire.errors import RemoteError
 from goalwire.execution.callbacks import advise_callback
 from goalwire.execution.event_queue import EventQueue
 from goalwire.fault_reports import log_rejected
-from goalwire.rules.goals.status import statuses_of
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
+from goalwire.rules.goals.status_array import statuses_of
 from goalwire.transport.contract import EndpointKind, Sample
 
 if TYPE_CHECKING:

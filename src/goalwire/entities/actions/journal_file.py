@@ -20,7 +20,7 @@ from goalwire.errors import JournalError
 from goalwire.execution.future import Future
 from goalwire.records import record
 from goalwire.rules.goals.journal import KnownGoal
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 if TYPE_CHECKING:
     from goalwire.rules.goals.ids import GoalId

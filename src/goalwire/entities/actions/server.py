@@ -44,7 +44,7 @@ from goalwire.rules.goals import wire
 from goalwire.rules.goals.goal_book import ServerGoal
 from goalwire.rules.goals.ids import GoalId
 from goalwire.rules.goals.server import GoalServer
-from goalwire.rules.goals.table import GoalEvent, GoalStatus
+from goalwire.rules.goals.states import GoalEvent, GoalStatus
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.reasons import describe_error
 from goalwire.transport.contract import Payload, Request

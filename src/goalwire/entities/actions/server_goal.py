@@ -12,7 +12,7 @@ from goalwire.entities.coroutines import Enclosing
 from goalwire.errors import ShutDownError, peer_text
 from goalwire.execution.ready_queue import CallbackSource
 from goalwire.rules.goals.goal_book import ServerGoal
-from goalwire.rules.goals.table import GoalEvent, GoalStatus
+from goalwire.rules.goals.states import GoalEvent, GoalStatus
 
 if TYPE_CHECKING:
     from action_msgs.msg import GoalInfo

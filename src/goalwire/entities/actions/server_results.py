@@ -10,7 +10,7 @@ from goalwire.errors import ClosedError, TransportError
 from goalwire.places import at, function_place
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.journal import RESULT_DROPPED, SERVER_DIED, absence_text
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,8 +6,8 @@ from goalwire.rules.goals.goal_book import RESULT_TIMEOUT_NS, ServedGoals
 from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
 from goalwire.rules.goals.policy import GoalPolicy, OnClientLost, parallel, preempt, queue, single
 from goalwire.rules.goals.server import GoalServer
-from goalwire.rules.goals.status import decode_status_array
-from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus
+from goalwire.rules.goals.states import TABLE, GoalEvent, GoalStatus
+from goalwire.rules.goals.status_array import decode_status_array
 
 __all__ = [
     'NO_ID',

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from goalwire.rules.goals.ids import GoalId
-    from goalwire.rules.goals.table import GoalStatus
+    from goalwire.rules.goals.states import GoalStatus
 
 RequestT = TypeVar('RequestT')
 

@@ -35,8 +35,8 @@ from goalwire.rules.goals.effects import (
     UnexpectedReply,
     WaiterT,
 )
-from goalwire.rules.goals.status import statuses_of
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
+from goalwire.rules.goals.status_array import statuses_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

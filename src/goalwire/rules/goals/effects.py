@@ -14,7 +14,7 @@ from goalwire.records import record
 if TYPE_CHECKING:
     from goalwire.rules.goals.cancel_requests import CancelCode
     from goalwire.rules.goals.ids import GoalId
-    from goalwire.rules.goals.table import GoalStatus
+    from goalwire.rules.goals.states import GoalStatus
 
 RequestT = TypeVar('RequestT')
 ResultT = TypeVar('ResultT')

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Generic
 from goalwire.records import record
 from goalwire.rules.goals.effects import RequestT, ResultT
 from goalwire.rules.goals.policy import GoalPolicy, Places
-from goalwire.rules.goals.status import StatusArray
-from goalwire.rules.goals.table import GoalEvent, GoalStatus, after
+from goalwire.rules.goals.states import GoalEvent, GoalStatus, after
+from goalwire.rules.goals.status_array import StatusArray
 
 if TYPE_CHECKING:
     from goalwire.rules.goals.ids import GoalId

@@ -47,7 +47,7 @@ from goalwire.rules.goals.effects import (
 )
 from goalwire.rules.goals.goal_book import RESULT_TIMEOUT_NS, GoalBook, ServerGoal
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, check_policies
-from goalwire.rules.goals.table import GoalEvent, GoalStatus
+from goalwire.rules.goals.states import GoalEvent, GoalStatus
 
 if TYPE_CHECKING:
     from goalwire.rules.goals.effects import ServerEffects

@@ -14,7 +14,7 @@ from typing import TypeAlias
 from goalwire.errors import RemoteError
 from goalwire.rules.goals.cancel_requests import CancelCode
 from goalwire.rules.goals.ids import ID_LENGTH, GoalId
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.time import LATEST_STAMP, S_TO_NS
 
 Payload: TypeAlias = bytes | bytearray | memoryview

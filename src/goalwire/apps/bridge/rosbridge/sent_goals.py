@@ -13,7 +13,7 @@ from goalwire.apps.bridge.rosbridge.client import BadOperationError, Client, Ope
 from goalwire.apps.bridge.rosbridge.values import to_json
 from goalwire.apps.bridge.topic_feeds import Arrival
 from goalwire.errors import GoalwireError
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 
 class SendingGoals:

@@ -13,7 +13,7 @@ from goalwire.apps.bridge.rosbridge.client import Client, Operation, text_of
 from goalwire.apps.bridge.rosbridge.values import to_json
 from goalwire.errors import GoalAborted
 from goalwire.records import record
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 
 GRACE_S = 10.0
 """Seconds that a client may take to end a goal after a cancel request."""

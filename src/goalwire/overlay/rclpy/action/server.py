@@ -21,7 +21,7 @@ from goalwire.execution.callback_groups import check_group
 from goalwire.execution.callbacks import advise_callback, describe_given, import_coroutine_runner
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
-from goalwire.rules.goals.table import GoalEvent
+from goalwire.rules.goals.states import GoalEvent
 from rclpy._reexports import reexport
 from rclpy.action._making import action_qos, check_node, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup

@@ -11,7 +11,7 @@ from unique_identifier_msgs.msg import UUID
 from goalwire.cdr import codec
 from goalwire.errors import RemoteError
 from goalwire.rules.goals import GoalStatus, decode_status_array
-from goalwire.rules.goals.status import StatusArray, statuses_of
+from goalwire.rules.goals.status_array import StatusArray, statuses_of
 
 # action_msgs/msg/GoalStatusArray of two goals, byte by byte.
 FIRST = bytes.fromhex('e491c5b10becb5563bfc1e6f93427ecb')

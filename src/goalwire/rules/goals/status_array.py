@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.errors import RemoteError
 from goalwire.rules.goals.ids import ID_LENGTH
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.time import LATEST_STAMP, S_TO_NS
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ import pytest
 
 from goalwire.errors import InvalidTransition
 from goalwire.rules.goals import TABLE, GoalEvent, GoalStatus
-from goalwire.rules.goals.table import after
+from goalwire.rules.goals.states import after
 
 ALLOWED = {
     ('ACCEPTED', 'EXECUTE'): 'EXECUTING',
