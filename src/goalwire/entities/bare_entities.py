@@ -16,7 +16,7 @@ from goalwire.entities.type_support import MsgT, service_support
 from goalwire.errors import InvalidHandle
 from goalwire.execution import event_queue, timer
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.handle import entity_of
+from goalwire.execution.rclpy_handle import entity_of
 from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.rules.qos_events import EventStatus, EventType, changes_between
 

@@ -24,7 +24,7 @@ from goalwire.entities.rosout import Rosout
 from goalwire.entities.unspun_nodes import UnspunNodes, ends_early
 from goalwire.errors import NotInitializedException, RCLError
 from goalwire.execution import signals, uncaught
-from goalwire.execution.handle import handle_of
+from goalwire.execution.rclpy_handle import handle_of
 from goalwire.execution.timer_heap import TimerThread
 from goalwire.execution.waiting import ShutdownSignal
 from goalwire.execution.weak_methods import weakly

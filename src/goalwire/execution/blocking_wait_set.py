@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from goalwire.execution.future import Future, block_on
-from goalwire.execution.handle import entity_of
+from goalwire.execution.rclpy_handle import entity_of
 from goalwire.execution.waitable import Kind, WaitSet, unwatch, watch
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypedDict
 
 from goalwire.errors import LocalError, NotInitializedException
 from goalwire.execution.current_callback import add_capacity
-from goalwire.execution.handle import handle_of
 from goalwire.execution.monotonic import STEADY, SteadyClock
+from goalwire.execution.rclpy_handle import handle_of
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.execution.waiting import ContextLike, WeakListeners, default_context, wake_all
 from goalwire.rules.time import ClockType, Duration, Time

@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.errors import InvalidHandle
-from goalwire.execution.handle import handle_of
+from goalwire.execution.rclpy_handle import handle_of
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
 from goalwire.execution.weak_methods import weak_parts
 

@@ -9,7 +9,7 @@ from weakref import ReferenceType, ref
 from goalwire.errors import InvalidHandle, ROSInterruptException
 from goalwire.execution.callbacks import function_of, signature_of
 from goalwire.execution.clock import ClockTimerEntry, ROSClock
-from goalwire.execution.handle import entity_of, handle_of
+from goalwire.execution.rclpy_handle import entity_of, handle_of
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
 from goalwire.execution.timer_schedule import TimerSchedule
 from goalwire.execution.waiting import wake_all

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, Self, TypeVar
 
 from goalwire.errors import InvalidHandle
 from goalwire.execution.clock import ClockTimerEntry
-from goalwire.execution.handle import entity_of
+from goalwire.execution.rclpy_handle import entity_of
 from goalwire.execution.ready_queue import CallbackSource
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from goalwire.errors import InvalidHandle
-from goalwire.execution.handle import handle_of
+from goalwire.execution.rclpy_handle import handle_of
 from rclpy.clock import Clock
 from rclpy.qos import QoSProfile
 from rclpy.service_introspection import ServiceIntrospectionState
