@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from threading import RLock
 from time import monotonic, time_ns
 
+from goalwire.concurrency.blocked_calls import BlockedCalls
 from goalwire.concurrency.forks import ForkGuard, open_privately
 from goalwire.concurrency.leader_followers import LeaderFollowers
 from goalwire.concurrency.poller import Poller, Timer
-from goalwire.concurrency.waiters import Waiters
 from goalwire.errors import TransportError
 from goalwire.fault_reports import RejectCounters, report_failure
 from goalwire.zenoh.io.backpressure import Backpressure
@@ -108,17 +108,17 @@ class NativeSession:
             )
         )
         self.wire_poller = LeaderFollowers(poller, name)
-        self._waiters = Waiters(self.wire_poller)
+        self._blocked_calls = BlockedCalls(self.wire_poller)
         self._backpressure = Backpressure(self.wire_poller, protocol.section, poller)
         self._query_timer = QueryTimer(poller)
         self._faults = FaultLog(self.id)
         self._maker = LinkMaker(self, poller, settings.tls, settings.identify)
         self._listeners = Listeners(poller, self._take_inbound, self._faults.warn)
         self._dials = Dials(
-            poller, protocol.gossip, protocol.zid, self._take_outbound, self._waiters.wake_all
+            poller, protocol.gossip, protocol.zid, self._take_outbound, self._blocked_calls.wake_all
         )
         self._relinking = Relinking(
-            protocol, poller, self._waiters, self._has_settled, settings.lease_ms / 1000
+            protocol, poller, self._blocked_calls, self._has_settled, settings.lease_ms / 1000
         )
         self._lock = RLock()
         self._links: dict[Link, SocketLink] = {}
@@ -243,7 +243,7 @@ class NativeSession:
             self._faults.tell(link, why)
         self.protocol.lose_link(link)
         socket_link.wake_waiting()
-        self._waiters.wake_all()
+        self._blocked_calls.wake_all()
         dial = self._dials.forget(link)
         if self._is_closing:
             return
@@ -304,7 +304,7 @@ class NativeSession:
 
     def note_change(self) -> None:
         """Wake the threads that wait for a link, so that they look again."""
-        self._waiters.wake_all()
+        self._blocked_calls.wake_all()
 
     def expire_sooner(self) -> None:
         """Set the timer for the earliest timeout of a query."""
@@ -342,7 +342,7 @@ class NativeSession:
 
     def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         """Wait until `condition` holds, checking it at each change of a link; False after the timeout."""
-        return self._waiters.wait_until(condition, timeout_s)
+        return self._blocked_calls.wait_until(condition, timeout_s)
 
     def statistics(self) -> dict[str, int]:
         """Return how many messages the present links have dropped for lack of room."""

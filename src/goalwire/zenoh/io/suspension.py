@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from time import monotonic
 
+from goalwire.concurrency.blocked_calls import BlockedCalls
 from goalwire.concurrency.poller import Poller, Timer
-from goalwire.concurrency.waiters import Waiters
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 
 READING_TURNS = 64
@@ -27,7 +27,7 @@ class Relinking:
         self,
         protocol: SessionProtocol,
         poller: Poller,
-        waiters: Waiters,
+        blocked_calls: BlockedCalls,
         has_settled: Callable[[], bool],
         lease_s: float,
     ) -> None:
@@ -36,7 +36,7 @@ class Relinking:
         """
         self._protocol = protocol
         self._poller = poller
-        self._waiters = waiters
+        self._blocked_calls = blocked_calls
         self._has_settled = has_settled
         self._lease_s = lease_s
         self._lost: set[bytes] = set()
@@ -68,7 +68,7 @@ class Relinking:
             timer.cancel()
         self._lost.clear()
         self._protocol.stale_after = monotonic() + self._lease_s
-        self._waiters.wake_all()
+        self._blocked_calls.wake_all()
 
     def wait(self) -> None:
         """Wait until the links that ended while this process was stopped are back."""
@@ -80,13 +80,13 @@ class Relinking:
             if turns < READING_TURNS:
                 self._poller.call(count_turn)
             else:
-                self._waiters.wake_all()
+                self._blocked_calls.wake_all()
 
         self.note_running(monotonic())
         # Each turn of the poller reads every link once, so the ends of all links are seen within these turns.
         self._poller.call(count_turn)
-        self._waiters.wait_until(lambda: turns >= READING_TURNS, RELINK_S)
-        self._waiters.wait_until(self._is_relinked, RELINK_S)
+        self._blocked_calls.wait_until(lambda: turns >= READING_TURNS, RELINK_S)
+        self._blocked_calls.wait_until(self._is_relinked, RELINK_S)
         self._believe_links()
 
     def _is_relinked(self) -> bool:

@@ -11,7 +11,7 @@ LONGEST_S = 1e6
 """The longest single sleep, in s; the timeout of a lock has an upper limit."""
 
 
-class Waiters:
+class BlockedCalls:
     """The threads that wait for a session to change."""
 
     def __init__(self, wire_poller: WirePoller) -> None:
