@@ -47,7 +47,7 @@ class Clients:
 
         Each incarnation of a server is asked until it has answered.
         """
-        asked = client.name, client.server_view().servers
+        asked = client.name, client.server_snapshot().servers
         if asked not in self._journals:
             found = await client.find_journal()
             if found is None:

@@ -28,7 +28,7 @@ from goalwire.errors import (
 from goalwire.missions.live_step import IfLost, Interrupted, LiveStep
 from goalwire.missions.outcomes import Outcome, encode_message
 from goalwire.records import record
-from goalwire.rules.goals.server_view import ServerView
+from goalwire.rules.goals.server_snapshot import ServerSnapshot
 from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.missions.entries import Decision, Entry, EntryKind
 from goalwire.rules.missions.unknown_goals import Whereabouts, judge
@@ -122,12 +122,12 @@ class GoalStep:
         self._journal = await self._step.until_stopped(self._step.clients.journal(self._client))
 
     async def _write_intent(self) -> None:
-        view = self._client.server_view()
+        server = self._client.server_snapshot()
         facts, data = encode_message(self._request.goal)
         facts |= {
             'goal_id': self._goal_id.hex(),
-            'servers': sorted(view.servers),
-            'statuses': view.statuses,
+            'servers': sorted(server.servers),
+            'statuses': server.statuses,
             'journal': self._journal,
         }
         self._intent = await self._step.begin(self._request.timeout, facts, data)
@@ -279,12 +279,12 @@ class GoalStep:
         if journal and journal == body.get('journal'):
             return self._send_again()  # this server forgets no goal, so it never had this one
         servers = body['servers']
-        sent = ServerView(
+        sent = ServerSnapshot(
             frozenset(map(str, servers if isinstance(servers, list) else ())), str(body['statuses'])
         )
         where, why = judge(
             sent,
-            self._client.server_view(),
+            self._client.server_snapshot(),
             listened=self._step.clients.measure_listening(self._client),
             age=self._step.age(self._intent),
             kept=self._request.kept,

@@ -6,29 +6,33 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from goalwire.rules.goals.server_view import ServerView, hash_of_statuses
+from goalwire.rules.goals.server_snapshot import ServerSnapshot, hash_of_statuses
 from goalwire.rules.missions.unknown_goals import NEWCOMER_S, Whereabouts, judge
 
-A = ServerView(frozenset({'a'}), 'x')
+A = ServerSnapshot(frozenset({'a'}), 'x')
 
 
 @pytest.mark.parametrize(
     ('sent', 'now', 'listened', 'age', 'expected'),
     [
         (A, A, 0.0, None, Whereabouts.NEVER_ARRIVED),
-        (A, ServerView(A.servers, 'y'), 9.0, 9.0, Whereabouts.NEVER_ARRIVED),
-        (A, ServerView(A.servers, 'y'), 9.0, 11.0, Whereabouts.LOST),
-        (A, ServerView(A.servers, 'y'), 9.0, None, Whereabouts.LOST),
-        (A, ServerView(frozenset({'b'}), 'x'), 9.0, 1.0, Whereabouts.LOST),
+        (A, ServerSnapshot(A.servers, 'y'), 9.0, 9.0, Whereabouts.NEVER_ARRIVED),
+        (A, ServerSnapshot(A.servers, 'y'), 9.0, 11.0, Whereabouts.LOST),
+        (A, ServerSnapshot(A.servers, 'y'), 9.0, None, Whereabouts.LOST),
+        (A, ServerSnapshot(frozenset({'b'}), 'x'), 9.0, 1.0, Whereabouts.LOST),
         (None, A, 9.0, 1.0, Whereabouts.LOST),
-        (ServerView(A.servers, ''), ServerView(A.servers, ''), 2.0, 60.0, Whereabouts.TOO_EARLY),
-        (ServerView(A.servers, ''), ServerView(A.servers, ''), 6.0, 60.0, Whereabouts.NEVER_ARRIVED),
-        (A, ServerView(A.servers, ''), 2.0, 60.0, Whereabouts.TOO_EARLY),
-        (A, ServerView(A.servers, ''), 6.0, 60.0, Whereabouts.LOST),
+        (ServerSnapshot(A.servers, ''), ServerSnapshot(A.servers, ''), 2.0, 60.0, Whereabouts.TOO_EARLY),
+        (ServerSnapshot(A.servers, ''), ServerSnapshot(A.servers, ''), 6.0, 60.0, Whereabouts.NEVER_ARRIVED),
+        (A, ServerSnapshot(A.servers, ''), 2.0, 60.0, Whereabouts.TOO_EARLY),
+        (A, ServerSnapshot(A.servers, ''), 6.0, 60.0, Whereabouts.LOST),
     ],
 )
 def test_judging(
-    sent: ServerView | None, now: ServerView, listened: float, age: float | None, expected: Whereabouts
+    sent: ServerSnapshot | None,
+    now: ServerSnapshot,
+    listened: float,
+    age: float | None,
+    expected: Whereabouts,
 ) -> None:
     where, why = judge(sent, now, listened=listened, age=age)
     assert where is expected
@@ -73,9 +77,9 @@ class Server:
     def _publish(self) -> None:
         self.array = tuple((goal, ended is not None) for goal, ended in sorted(self.goals.items()))
 
-    def view(self, has_heard: bool) -> ServerView:
+    def view(self, has_heard: bool) -> ServerSnapshot:
         statuses = repr(self.array) if self.array and has_heard else ''
-        return ServerView(frozenset({str(self.incarnation)}), statuses)
+        return ServerSnapshot(frozenset({str(self.incarnation)}), statuses)
 
 
 OURS = 0

@@ -16,7 +16,7 @@ from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.rules.goals.cancel_requests import CancelCode, read_stamp
 from goalwire.rules.goals.ids import NO_ID, read_goal_id
-from goalwire.rules.goals.server_view import ServerView, hash_of_statuses
+from goalwire.rules.goals.server_snapshot import ServerSnapshot, hash_of_statuses
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -200,11 +200,11 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         goals = tuple(bytes(goal.goal_id.uuid) for goal in response.goals_canceling)
         return CancelAnswer(CancelCode(response.return_code), goals)
 
-    def server_view(self) -> ServerView:
-        """Return this client's view of the server: its incarnation, and the goals in its status array."""
+    def server_snapshot(self) -> ServerSnapshot:
+        """Return what this client sees of the server: its incarnation, and the goals in its status array."""
         core = self._core
         there = core.node.context.graph.entities(EndpointKind.SERVICE, core.goal_service)
-        return ServerView(
+        return ServerSnapshot(
             frozenset(each.gid.hex() for each in there), hash_of_statuses(core.streams.latest_statuses)
         )
 

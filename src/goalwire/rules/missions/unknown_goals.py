@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from goalwire.rules.goals.server_view import ServerView
+from goalwire.rules.goals.server_snapshot import ServerSnapshot
 
 KEPT_S = 10.0
 """The time in s for which servers keep results at least: rcl's default since Iron."""
@@ -29,12 +29,17 @@ class Whereabouts(Enum):
 
 
 def judge(
-    sent: ServerView | None, now: ServerView, *, listened: float, age: float | None, kept: float = KEPT_S
+    sent: ServerSnapshot | None,
+    now: ServerSnapshot,
+    *,
+    listened: float,
+    age: float | None,
+    kept: float = KEPT_S,
 ) -> tuple[Whereabouts, str]:
     """Return the fate of a goal that the server does not know, and the reason in a sentence.
 
-    `sent` is the view of the server just before the goal was sent, `now` the present view. All times are in
-    s. `listened`: the time for which this client has heard the server. `age`: the time since the goal was
+    `sent` is a snapshot of the server from just before the goal was sent, `now` is one of now. All times are
+    in s. `listened`: the time for which this client has heard the server. `age`: the time since the goal was
     sent, by a clock that does not jump; None if the machine was restarted meanwhile. `kept`: the time for
     which the server keeps results.
     """

@@ -1,4 +1,4 @@
-"""A client's view of an action's server: two views show whether the server has changed between them."""
+"""A snapshot of an action's server: two of them show a client whether the server has changed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _NO_GOALS = bytes(4)
 
 
 @record
-class ServerView:
+class ServerSnapshot:
     """What a client sees of an action's server at one moment."""
 
     servers: frozenset[str]
