@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.actions.server import ActionServerCore
-from goalwire.entities.actions.server_goal import (
+from goalwire.entities.actions.server_goal_handle import (
     ActionCallbacks,
     CancelResponse,
     GoalResponse,

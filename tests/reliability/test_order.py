@@ -11,7 +11,7 @@ from helpers.outcomes import Outcomes
 from helpers.patience import PATIENCE
 
 import goalwire
-from goalwire.entities.actions.client_goal import FEEDBACK_LIMIT
+from goalwire.entities.actions.client_goal_handle import FEEDBACK_LIMIT
 from goalwire.errors import GoalCanceled
 from goalwire.transport.faults import Delay, Kind
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic
 
 from goalwire.entities.actions.server import ActionServerCore
-from goalwire.entities.actions.server_goal import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.server_goal_handle import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.future import Future
@@ -15,7 +15,7 @@ from goalwire.testing.log import PATIENCE, Log, describe_differences
 from goalwire.testing.spinning import host
 
 if TYPE_CHECKING:
-    from goalwire.entities.actions.server_goal import ServerGoalHandle
+    from goalwire.entities.actions.server_goal_handle import ServerGoalHandle
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.rules.goals.ids import GoalId

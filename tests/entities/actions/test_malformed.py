@@ -13,7 +13,7 @@ from helpers.spinning import result_of
 
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.actions.server import ActionServerCore
-from goalwire.entities.actions.server_goal import (
+from goalwire.entities.actions.server_goal_handle import (
     ActionCallbacks,
     CancelResponse,
     GoalResponse,

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.cdr import codec
-from goalwire.entities.actions.client_goal import FEEDBACK_LIMIT
+from goalwire.entities.actions.client_goal_handle import FEEDBACK_LIMIT
 from goalwire.entities.call_context import CallContext
 from goalwire.errors import (
     CallError,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from goalwire.entities.actions.client import ActionClientCore
-    from goalwire.entities.actions.client_goal import ClientGoalHandle
+    from goalwire.entities.actions.client_goal_handle import ClientGoalHandle
     from goalwire.execution.monotonic import SteadyClock
     from goalwire.execution.waiting import ShutdownWatch
     from goalwire.rules.goals.client import ClientGoal

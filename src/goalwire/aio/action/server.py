@@ -9,13 +9,18 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.server import ActionServerCore
-from goalwire.entities.actions.server_goal import ActionCallbacks, CancelResponse, Failure, GoalResponse
+from goalwire.entities.actions.server_goal_handle import (
+    ActionCallbacks,
+    CancelResponse,
+    Failure,
+    GoalResponse,
+)
 from goalwire.errors import GoalAborted
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.callbacks import check_callback
 
 if TYPE_CHECKING:
-    from goalwire.entities.actions.server_goal import ServerGoalHandle
+    from goalwire.entities.actions.server_goal_handle import ServerGoalHandle
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.rules.goals.ids import GoalId

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.actions.client_goal import GoalFeedback
+from goalwire.entities.actions.client_goal_handle import GoalFeedback
 from goalwire.execution.event_queue import EventQueue
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from goalwire.entities.actions.server_goal import CancelResponse, Failure, GoalResponse
+from goalwire.entities.actions.server_goal_handle import CancelResponse, Failure, GoalResponse
 from goalwire.errors import peer_text
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from enum import Enum
 
-    from goalwire.entities.actions.server_goal import ActionCallbacks, ServerGoalHandle
+    from goalwire.entities.actions.server_goal_handle import ActionCallbacks, ServerGoalHandle
     from goalwire.entities.node import NodeCore
 
 CANCEL_UNSEEN_S = 3.0

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 from goalwire.cdr import codec
 from goalwire.entities.actions.acceptances import Acceptances
 from goalwire.entities.actions.blocking_calls import BlockingCalls
-from goalwire.entities.actions.client_goal import ClientGoalHandle, ResultFuture
+from goalwire.entities.actions.client_goal_handle import ClientGoalHandle, ResultFuture
 from goalwire.entities.actions.client_requests import LATE_S, ActionRequests, CancelCall, GoalCall
 from goalwire.entities.actions.client_results import GoalResults
 from goalwire.entities.actions.client_streams import ClientStreams

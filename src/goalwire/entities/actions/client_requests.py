@@ -32,7 +32,7 @@ from goalwire.transport.contract import EndpointKind
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.entities.actions.client_goal import ResultFuture
+    from goalwire.entities.actions.client_goal_handle import ResultFuture
     from goalwire.entities.graph_waiting import ServerWaitQueue
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport

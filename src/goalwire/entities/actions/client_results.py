@@ -6,7 +6,7 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any, Protocol
 
-from goalwire.entities.actions.client_goal import GoalFeedback, ResultFuture
+from goalwire.entities.actions.client_goal_handle import GoalFeedback, ResultFuture
 from goalwire.entities.actions.client_requests import ActionRequests, ResultCall
 from goalwire.entities.call_context import CallContext
 from goalwire.entities.pending_call import PendingCall, end_with, unanswered

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 from weakref import ReferenceType, ref
 
-from goalwire.entities.actions.client_goal import GoalFeedback
+from goalwire.entities.actions.client_goal_handle import GoalFeedback
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.errors import RemoteError
 from goalwire.execution.callbacks import advise_callback
@@ -19,7 +19,7 @@ from goalwire.transport.contract import EndpointKind, Sample
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.entities.actions.client_goal import ResultFuture
+    from goalwire.entities.actions.client_goal_handle import ResultFuture
     from goalwire.entities.actions.client_requests import ActionSide
     from goalwire.entities.actions.endpoints import ActionQoS
     from goalwire.entities.names import ResolvedAction

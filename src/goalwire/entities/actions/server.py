@@ -2,8 +2,8 @@
 
 The rules, and the one record of each goal, are in goalwire.rules.goals.server. Effects on the wire are
 performed in the reactor's order, by one thread at a time and under no lock. The user's callbacks run on the
-executor, in the server's group, and delay no effect. endpoints.py has the services and topics, server_goal.py
-the goal handles.
+executor, in the server's group, and delay no effect. endpoints.py has the services and topics,
+server_goal_handle.py the goal handles.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
 from goalwire.entities.actions.lost_clients import ClientWatch
 from goalwire.entities.actions.server_decisions import ServerDecisions
-from goalwire.entities.actions.server_goal import (
+from goalwire.entities.actions.server_goal_handle import (
     ActionCallbacks,
     Execution,
     Failure,

@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from goalwire.entities.actions.server_goal import (
+from goalwire.entities.actions.server_goal_handle import (
     ActionCallbacks,
     CancelResponse,
     GoalResponse,

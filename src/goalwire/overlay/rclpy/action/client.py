@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, overload
 
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.actions.client_goal import ClientGoalHandle
+from goalwire.entities.actions.client_goal_handle import ClientGoalHandle
 from goalwire.entities.actions.types import (
     ActionClass,
     FeedbackMessage,

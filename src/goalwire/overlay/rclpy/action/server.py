@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Generic, TypeAlias
 
 from goalwire.entities.actions.advice import ActionAdvice
 from goalwire.entities.actions.server import ActionServerCore
-from goalwire.entities.actions.server_goal import (
+from goalwire.entities.actions.server_goal_handle import (
     ActionCallbacks,
     CancelResponse,
     GoalResponse,
