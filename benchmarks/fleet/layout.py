@@ -17,7 +17,7 @@ from helpers.isolation import free_port, isolated_env
 from benchmarks.fleet.programs import ROBOTS
 from goalwire.security.environment import Chosen
 from goalwire.security.keystore import Keystore
-from goalwire.transport.zenoh.settings import fleet, secured
+from goalwire.transport.zenoh.settings import fleet, secured_rmw_zenoh
 
 CLOUD = 'cloud'
 CONNECT_MS = 600_000
@@ -63,7 +63,7 @@ class Layout:
         return Chosen(self.folder / 'keys', name)
 
     def _write_session(self, name: str, port: int) -> None:
-        settings = secured.session_settings(self._identity(name), f'{_HOST}:{port}')
+        settings = secured_rmw_zenoh.session_settings(self._identity(name), f'{_HOST}:{port}')
         settings['connect'] = {'endpoints': [f'{_HOST}:{port}'], 'timeout_ms': CONNECT_MS}
         self._write(name, settings)
 

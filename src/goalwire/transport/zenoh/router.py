@@ -14,7 +14,7 @@ from goalwire.transport.zenoh import eclipse_library
 from goalwire.transport.zenoh.embedded_router import PORT_IS_TAKEN
 from goalwire.transport.zenoh.rendezvous import name_of_holder
 from goalwire.transport.zenoh.settings.plan import router_config
-from goalwire.transport.zenoh.settings.secured import rules_of
+from goalwire.transport.zenoh.settings.secured_rmw_zenoh import rules_of
 
 
 @contextmanager

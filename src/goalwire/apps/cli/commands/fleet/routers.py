@@ -135,7 +135,7 @@ def add_write_member_arguments(parser: ArgumentParser) -> None:
 
 def write_member(arguments: Namespace, output: Output) -> Outcome:
     """Write settings: for a robot those of a router, for a person or a program those of a session."""
-    from goalwire.transport.zenoh.settings import fleet, secured
+    from goalwire.transport.zenoh.settings import fleet, secured_rmw_zenoh
 
     _, kind, identity = open_identity(arguments)
     if kind == 'router':
@@ -145,7 +145,7 @@ def write_member(arguments: Namespace, output: Output) -> Outcome:
             f'see: goalwire fleet init {arguments.name} --router ADDRESS',
         )
     if kind != 'robot':
-        settings = secured.session_settings(identity, arguments.router[0])
+        settings = secured_rmw_zenoh.session_settings(identity, arguments.router[0])
         start = 'export ZENOH_SESSION_CONFIG_URI={file}; goalwire fleet list'
         return write_settings(arguments, settings, start, output)
     try:

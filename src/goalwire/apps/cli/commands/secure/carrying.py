@@ -130,16 +130,18 @@ def print_settings(arguments: Namespace, output: Output) -> Outcome:
     from goalwire.security.environment import VARIABLE, choose_identity
     from goalwire.security.policy_file import load_policy
     from goalwire.transport.zenoh.router_rules import inexpressible
-    from goalwire.transport.zenoh.settings import secured
+    from goalwire.transport.zenoh.settings import secured_rmw_zenoh
 
     folder = find_folder(arguments).resolve()
     identity = choose_identity(env={VARIABLE: f'{folder}:{arguments.name}'})
     assert identity is not None
     if arguments.what == 'router':
-        settings = secured.router_settings(identity, arguments.port)
+        settings = secured_rmw_zenoh.router_settings(identity, arguments.port)
         for each in inexpressible(load_policy(folder / 'policy.toml')):
             tell(each)
     else:
-        settings = secured.session_settings(identity, f'tls/{arguments.router_host}:{arguments.port}')
+        settings = secured_rmw_zenoh.session_settings(
+            identity, f'tls/{arguments.router_host}:{arguments.port}'
+        )
     output.block(json.dumps(settings, indent=None if output.json else 2) + os.linesep, end='')
     return Outcome.OK
