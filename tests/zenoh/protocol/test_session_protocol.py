@@ -407,6 +407,20 @@ def test_a_client_is_told_what_it_asks_for_and_what_comes_later() -> None:
     assert back.take() == [('b', b'y')]
 
 
+def test_a_session_asks_no_router_for_its_own_tokens() -> None:
+    session, router = Session(b'\xb1'), Session(b'\xaa', Role.ROUTER)
+    session.interests.token_keys, session.interests.entity_keys = ['t/others/**'], ['k']
+    cable = Cable(session, router).start()
+    own = Heard()
+    session.watch_tokens('t/b1/**', own, history=True, own_only=True)
+    session.declare_token('t/b1/1')
+    session.watch_tokens('t/a2/**', Heard(), history=True)
+    assert own.take() == [('t/b1/1', b'')]
+    sent = cable.wires[0].data
+    assert b't/a2/**' in sent
+    assert b't/b1/**' not in sent
+
+
 def test_an_interest_in_the_present_of_one_key() -> None:
     client, peer, cable = pair(Role.CLIENT, Role.PEER)
     for link_interest in list(cable.links[1].peer.interests):

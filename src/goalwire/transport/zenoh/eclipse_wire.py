@@ -437,7 +437,14 @@ class EclipseWire(wire.Wire):
     def declare_token(self, token: str) -> wire.Declared:
         return _Held(self._zenoh.liveliness().declare_token(token))
 
-    def watch_tokens(self, key: str, on_token: wire.OnToken, *, waits: bool) -> wire.Declared:
+    def watch_tokens(
+        self,
+        key: str,
+        on_token: wire.OnToken,
+        *,
+        waits: bool,
+        own_only: bool = False,  # noqa: ARG002
+    ) -> wire.Declared:
         watch = _TokenWatch(self._in_flight, on_token)
         return _Held(watch.start(self._zenoh, key, waits=waits))
 

@@ -39,8 +39,10 @@ def watch_graph_tokens(
         else:
             listener.vanished(entity)
 
-    keys = [graph_key(context.domain_id)]
-    if scope is not None:
-        keys = [own_graph_key(context.domain_id, context.id), *scope.graph]
-    for key in keys:
+    if scope is None:
+        yield context.wire.watch_tokens(graph_key(context.domain_id), on_token, waits=True)
+        return
+    own = own_graph_key(context.domain_id, context.id)
+    yield context.wire.watch_tokens(own, on_token, waits=True, own_only=True)
+    for key in scope.graph:
         yield context.wire.watch_tokens(key, on_token, waits=True)

@@ -274,11 +274,19 @@ class NativeWire(wire.Wire):
     def declare_token(self, token: str) -> wire.Declared:
         return _Declared(self._protocol, self._protocol.declare_token(token))
 
-    def watch_tokens(self, key: str, on_token: wire.OnToken, *, waits: bool) -> wire.Declared:  # noqa: ARG002
+    def watch_tokens(
+        self,
+        key: str,
+        on_token: wire.OnToken,
+        *,
+        waits: bool,  # noqa: ARG002
+        own_only: bool = False,
+    ) -> wire.Declared:
         def tell(change: Sample) -> None:
             on_token(change.key, change.payload is not None)
 
-        return _Declared(self._protocol, self._protocol.watch_tokens(key, tell, history=True))
+        number = self._protocol.watch_tokens(key, tell, history=True, own_only=own_only)
+        return _Declared(self._protocol, number)
 
     def wait_for_router(self, seconds: float) -> bool:
         return self.session.wait_until(self._has_router, seconds)

@@ -211,10 +211,11 @@ class Wire(ABC):
         """Show a token to all watchers."""
 
     @abstractmethod
-    def watch_tokens(self, key: str, on_token: OnToken, *, waits: bool) -> Declared:
+    def watch_tokens(self, key: str, on_token: OnToken, *, waits: bool, own_only: bool = False) -> Declared:
         """Report existing tokens, perhaps twice, and then all that come and go, in order.
 
-        With `waits`, existing tokens are reported before this returns, if others answer soon enough.
+        With `waits`, existing tokens are reported before this returns, if others answer soon enough. With
+        `own_only` the key matches this session's tokens alone, so nobody else needs to be asked.
         """
 
     @abstractmethod

@@ -173,11 +173,15 @@ class SessionProtocol:
         self._liveliness.tell()
         return number
 
-    def watch_tokens(self, key: str, callback: Watcher, *, history: bool) -> int:
-        """Report tokens that come and go; with `history` also the existing tokens, before this returns."""
+    def watch_tokens(self, key: str, callback: Watcher, *, history: bool, own_only: bool = False) -> int:
+        """Report tokens that come and go; with `history` also the existing tokens, before this returns.
+
+        With `own_only` the key matches this session's tokens alone. Routers are not asked for them then: they
+        would compare each token with this session's question and never have an answer.
+        """
         key = canonical(key)
         number = self.next_number()
-        if self.interests.is_narrow:
+        if self.interests.is_narrow and not own_only:
             self.section.run(partial(self.interests.add_token_key, key))
         self.section.run(partial(self._liveliness.watch, number, key, callback, history=history))
         self._liveliness.tell()
