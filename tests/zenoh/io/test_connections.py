@@ -103,7 +103,7 @@ def test_a_malformed_frame_closes_its_link_with_one_line_and_no_other(
 def test_a_connection_that_says_too_little_is_closed(
     first: bytes, monkeypatch: pytest.MonkeyPatch, warnings: list[str]
 ) -> None:
-    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.2)
+    monkeypatch.setattr(bounds, 'HANDSHAKE_S', 0.2)
     side = Ours('peer', listen=(address(),))
     stranger = Stranger(side)
     stranger.socket.sendall(first)
@@ -362,7 +362,7 @@ def test_who_waits_for_room_on_a_link_that_dies_goes_on(listener: Ours, warnings
 def test_one_that_says_a_byte_now_and_then_has_no_more_time_than_others(
     monkeypatch: pytest.MonkeyPatch, warnings: list[str]
 ) -> None:
-    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.3)
+    monkeypatch.setattr(bounds, 'HANDSHAKE_S', 0.3)
     side = Ours('peer', listen=(address(),))
     stranger = Stranger(side)
     with suppress(ConnectionError):
@@ -562,11 +562,110 @@ def test_a_newcomer_takes_the_place_of_the_oldest_that_says_nothing(
         each.socket.close()
 
 
+class SlowRouter:
+    """Passes connections on to a session, each only after a pause, as a router does that a fleet dials."""
+
+    def __init__(self, behind: Ours, pause_s: float) -> None:
+        where = parse(behind.protocol.gossip.locators[0])
+        self._behind = (where.host, where.port)
+        self._pause_s = pause_s
+        self._server = socket.create_server(('127.0.0.1', 0))
+        self.address = f'tcp/127.0.0.1:{self._server.getsockname()[1]}'
+        self.connections = 0
+        self._open: list[socket.socket] = []
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                here, _ = self._server.accept()
+                self.connections += 1
+                self._open.append(here)
+                threading.Thread(target=self._carry_late, args=(here,), daemon=True).start()
+
+    def _carry_late(self, here: socket.socket) -> None:
+        threading.Event().wait(self._pause_s)
+        there = socket.create_connection(self._behind, PATIENCE)
+        self._open.append(there)
+        back = threading.Thread(target=self._carry, args=(there, here), daemon=True)
+        back.start()
+        self._carry(here, there)
+        back.join()
+        for each in (here, there):
+            each.close()
+
+    @staticmethod
+    def _carry(source: socket.socket, target: socket.socket) -> None:
+        with suppress(OSError):
+            while data := source.recv(65536):
+                target.sendall(data)
+        with suppress(OSError):
+            target.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        # an accept() that waits notices a shutdown, and not a close
+        for each in (self._server, *self._open):
+            with suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+        self._server.close()
+
+
+def test_a_router_that_takes_longer_than_a_handshake_may_is_given_more_time(
+    listener: Ours, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounds, 'HANDSHAKE_S', 0.1)
+    with closing(SlowRouter(listener, 0.35)) as router:
+        with closing(Ours('peer', connect=(router.address,))) as other:
+            wait_for(lambda: other.id in listener.links(), 'the link')
+        assert router.connections > 1
+
+
+def a_dial(waits: Poller, retry: Retry, open_s: float) -> dialler.Dial:
+    return dialler.Dial(
+        (), waits, retry, when_connected=lambda *_: None, when_failed=lambda _: None, open_s=open_s
+    )
+
+
+def test_handshakes_that_fail_get_more_time_and_longer_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
+    pauses: list[float] = []
+    waits = Poller('it')
+    monkeypatch.setattr(waits, 'call_later', lambda pause, _: pauses.append(pause))
+    monkeypatch.setattr(dialler, '_shorten', lambda pause: pause)
+    dial = a_dial(waits, Retry(0.1, 0.4), open_s=60.0)
+    times = [dial.handshake_s]
+    for _ in range(8):
+        dial.note_refusal()
+        times.append(dial.handshake_s)
+    assert times == [10, 20, 40, 60, 60, 60, 60, 60, 60]
+    assert pauses == [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 4.0, 4.0]
+    dial.start()  # it has no address, so the round fails without a handshake
+    assert pauses.pop() == 0.4
+    dial.note_success()
+    assert dial.handshake_s == 10
+    dial.note_refusal()
+    assert pauses.pop() == 0.1
+    assert a_dial(waits, Retry(), open_s=1.0).handshake_s == 1
+    waits.close()
+
+
+def test_sessions_that_lose_their_router_at_once_dial_it_again_at_different_times(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pauses: list[float] = []
+    waits = Poller('it')
+    monkeypatch.setattr(waits, 'call_later', lambda pause, _: pauses.append(pause))
+    for _ in range(200):
+        a_dial(waits, Retry(1.0), open_s=10.0).try_again()
+    assert 0.5 <= min(pauses) < 0.6
+    assert 0.9 < max(pauses) <= 1.0
+    waits.close()
+
+
 def test_nodes_of_gossip_are_dialled_a_few_at_a_time(
     listener: Ours, monkeypatch: pytest.MonkeyPatch, warnings: list[str]
 ) -> None:
     """Each accepts and says nothing, so that it holds its place until its handshake has taken too long."""
-    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.2)
+    monkeypatch.setattr(bounds, 'HANDSHAKE_S', 0.2)
     monkeypatch.setattr(dials, '_TO_NODES', Retry(0.05, 0.05, rounds=1))
     listener.session._dials._slots = DialSlots(4)
     most = 0

@@ -19,9 +19,10 @@ from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 from goalwire.errors import TransportError
 from goalwire.records import replace
 from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
-from goalwire.zenoh.io import fault_log, socket_link
+from goalwire.zenoh.io import fault_log
 from goalwire.zenoh.io.endpoints import TlsFiles, parse
 from goalwire.zenoh.io.tls import TlsSocketLink, TlsStream, client_context, server_context
+from goalwire.zenoh.protocol import bounds
 
 PAIRS = [(Ours, Ours), (Ours, Theirs), (Theirs, Ours), (Portable, Portable)]
 MAKES = pytest.mark.parametrize('makes', PAIRS, ids=lambda pair: f'{pair[0].make}-{pair[1].make}')
@@ -250,7 +251,7 @@ def test_one_that_does_not_shake_hands_is_hung_up_on(
     monkeypatch: pytest.MonkeyPatch,
     said: bytes,
 ) -> None:
-    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.2)
+    monkeypatch.setattr(bounds, 'HANDSHAKE_S', 0.2)
     where = address('tls')
     open_side(Ours, listen=(where,), tls=certificates.files)
     at = parse(where)

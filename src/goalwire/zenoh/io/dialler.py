@@ -3,6 +3,11 @@
 A connection is started, and checked again when its socket is writable. A host name that needs DNS is looked
 up on a thread of its own, which ends with the answer. After a failure the next address is tried, and after
 the last address comes a pause, which doubles from one round to the next.
+
+After a power cut a thousand sessions dial their router at once. A handshake that is given up has cost the
+router as much as one that succeeds, and it comes again. So the session waits longer for each further
+handshake, pauses longer after one that has failed than after a closed port, and makes each pause a random
+part shorter than the others do.
 """
 
 from __future__ import annotations
@@ -20,10 +25,13 @@ from goalwire.concurrency.poller import IN, OUT, Poller, Timer
 from goalwire.errors import TransportError
 from goalwire.records import record
 from goalwire.zenoh.io.endpoints import Endpoint, is_quickly_resolved, parse, resolve
+from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.bounds import GOSSIP_CONNECT_S
 
 CONNECT_S = 10.0
 """How long a connection to one address may stay unanswered."""
+MOST_AFTER_HANDSHAKE_S = 4.0
+"""How long the pauses after failed handshakes grow, if the pauses after closed ports stay shorter."""
 _UNDER_WAY = {errno.EINPROGRESS, errno.EWOULDBLOCK, getattr(errno, 'WSAEWOULDBLOCK', errno.EWOULDBLOCK)}
 
 
@@ -35,6 +43,12 @@ class Retry:
     most_s: float = 4.0
     factor: float = 2.0
     rounds: int | None = None
+
+
+def _shorten(pause: float) -> float:
+    """Return a random time between half the pause and the whole one."""
+    # `random` takes some milliseconds to import
+    return pause * (1 + int.from_bytes(os.urandom(2), 'little') / 65535) / 2
 
 
 class DialSlots:
@@ -107,13 +121,18 @@ class Dial:
         when_connected: Callable[[Dial, socket.socket], None],
         when_failed: Callable[[Dial], None],
         expected: bytes | None = None,
+        open_s: float | None = None,
         slots: DialSlots | None = None,
         look_ups: LookUps | None = None,
     ) -> None:
         """`when_failed` is called after each failed round; `expected` is the id that must answer, if known.
 
-        All dials of nodes from gossip share `slots` and `look_ups`.
+        A handshake may take `open_s` at most: the first one as long as usual, the next ones longer. All dials
+        of nodes from gossip share `slots` and `look_ups`.
         """
+        self._open_s = bounds.HANDSHAKE_S if open_s is None else open_s
+        self.handshake_s = min(bounds.HANDSHAKE_S, self._open_s)
+        """How long the next handshake may take."""
         self._slots = slots
         self._has_slot = self._awaits_slot = False
         self._look_ups = look_ups
@@ -269,17 +288,24 @@ class Dial:
                 self._discard_socket(sock)
                 sock.close()
 
-    def _pause_after_round(self) -> None:
-        """End a failed round: give the slot up, then wait for the next round or give the dial up."""
+    def _pause_after_round(self, most_s: float = 0.0) -> None:
+        """End a failed round: give the slot up, then wait for the next round or give the dial up.
+
+        Pauses grow to that of the settings, or to `most_s` if that is longer.
+        """
         self._give_slot()
         self.failed_rounds += 1
         retry = self._retry
         if retry.rounds is not None and self.failed_rounds >= retry.rounds:
             self.is_over = True
         else:
-            self._timer = self._poller.call_later(self._pause, self.start)
-            self._pause = min(self._pause * retry.factor, retry.most_s)
+            most_s = max(retry.most_s, most_s)
+            self._begin_after(min(self._pause, most_s))
+            self._pause = min(self._pause * retry.factor, most_s)
         self._when_failed(self)
+
+    def _begin_after(self, pause: float) -> None:
+        self._timer = self._poller.call_later(_shorten(pause), self.start)
 
     def try_again(self) -> None:
         """Begin anew after a pause, since the link that this dial led to has ended."""
@@ -287,12 +313,13 @@ class Dial:
         if not self.is_over:
             self._pause = self._retry.first_s
             self.failed_rounds = 0
-            self._timer = self._poller.call_later(self._pause, self.start)
+            self._begin_after(self._pause)
 
     def note_refusal(self) -> None:
-        """Count the round as failed, since the other side has ended the handshake."""
+        """Count the round as failed, since the handshake has failed or has taken too long."""
         if not self.is_over:
-            self._pause_after_round()
+            self.handshake_s = min(2 * self.handshake_s, self._open_s)
+            self._pause_after_round(MOST_AFTER_HANDSHAKE_S)
 
     def note_success(self) -> None:
         """Take note that the link is up: failures are counted from 0 again."""
@@ -300,6 +327,7 @@ class Dial:
         self._give_slot()
         self.failed_rounds = 0
         self._pause = self._retry.first_s
+        self.handshake_s = min(bounds.HANDSHAKE_S, self._open_s)
 
     def close(self) -> None:
         """Stop dialling."""

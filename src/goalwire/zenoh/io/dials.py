@@ -38,9 +38,9 @@ class Dials:
         self._slots = DialSlots(bounds.MOST_DIALS)
         self._look_ups = LookUps(bounds.MOST_LOOK_UPS)
 
-    def start(self, groups: list[tuple[str, ...]], retry: Retry) -> None:
-        """Begin to connect to one address of each group."""
-        dials = [self._add(group, group, retry) for group in groups]
+    def start(self, groups: list[tuple[str, ...]], retry: Retry, open_s: float) -> None:
+        """Begin to connect to one address of each group. A handshake may take `open_s` at most."""
+        dials = [self._add(group, group, retry, open_s=open_s) for group in groups]
         for dial in dials:
             self._poller.call(dial.start)
 
@@ -53,7 +53,12 @@ class Dials:
         return zid in self._dials
 
     def _add(
-        self, name: object, locators: tuple[str, ...], retry: Retry, expected: bytes | None = None
+        self,
+        name: object,
+        locators: tuple[str, ...],
+        retry: Retry,
+        expected: bytes | None = None,
+        open_s: float | None = None,
     ) -> Dial:
         dial = Dial(
             locators,
@@ -62,6 +67,7 @@ class Dials:
             when_connected=self._take,
             when_failed=self._note_failed,
             expected=expected,
+            open_s=open_s,
             slots=None if expected is None else self._slots,
             look_ups=None if expected is None else self._look_ups,
         )

@@ -157,7 +157,7 @@ class NativeSession:
         is_client = settings.role is Role.CLIENT
         # A client needs one router of the configured ones; a peer connects to each.
         groups = [settings.connect] if is_client else [(each,) for each in settings.connect]
-        self._dials.start([each for each in groups if each], settings.retry)
+        self._dials.start([each for each in groups if each], settings.retry, settings.open_s)
         self._wait_until_settled()
 
     def _wait_until_settled(self) -> None:
@@ -212,7 +212,7 @@ class NativeSession:
             sock.close()
             raise
         self._dials.keep(dial, new.link)
-        new.start()
+        new.start(dial.handshake_s)
 
     def _handshake(self, sock: socket.socket, protocol: str, dial: Dial | None = None) -> Handshake:
         return Handshake(

@@ -7,6 +7,7 @@ from goalwire.records import record
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.identities import Identify
+from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.link_messages import Role
 
 
@@ -35,6 +36,8 @@ class Settings:
     """The session's id; empty: a random one."""
     lease_ms: int = 60_000
     retry: Retry = Retry()
+    open_s: float = bounds.HANDSHAKE_S
+    """How long the handshake with a configured address may take at most, in s."""
     meets_peers: bool = True
     """True to connect to peers that routers announce."""
     tls: TlsFiles = TlsFiles()

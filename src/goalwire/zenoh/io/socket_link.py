@@ -12,6 +12,7 @@ from goalwire.concurrency.poller import IN, OUT, Poller
 from goalwire.concurrency.sigpipe import NO_SIGPIPE, refuse_sigpipe
 from goalwire.concurrency.wire_poller import Sleeper
 from goalwire.freed_memory import MUCH, keep_freed_memory, return_freed_memory
+from goalwire.zenoh.protocol import bounds
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.handshake import Handshake
 from goalwire.zenoh.protocol.link import KEEP_ALIVES
@@ -36,8 +37,6 @@ ENOUGH_ROOM = QUEUE_LIMIT // 2
 
 LEAST_PERIOD_S = 0.01
 """The shortest time between two checks of the leases."""
-HANDSHAKE_S = 10.0
-"""How long a handshake may take, as Zenoh's own default."""
 
 
 _FLAGS = (NO_SIGPIPE,)
@@ -115,13 +114,19 @@ class SocketLink:
         self._receive = self.link.frames.receive
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
+        self._timer = poller.call_later(bounds.HANDSHAKE_S, self._check_handshake)
 
-    def start(self) -> None:
-        """Begin to read and write; do nothing if the session was closed meanwhile."""
+    def start(self, handshake_s: float | None = None) -> None:
+        """Begin to read and write; do nothing if the session was closed meanwhile.
+
+        `handshake_s` is how long the handshake may take, if not as long as usual.
+        """
         with self.outgoing.lock:
             if self._has_ended:  # the descriptor may belong to another file by now
                 return
+            if handshake_s is not None:
+                self._timer.cancel()
+                self._timer = self._poller.call_later(handshake_s, self._check_handshake)
             self._poller.register(self._fd, IN, self.on_ready)
         self._start_link()
 

@@ -63,6 +63,9 @@ MOST_GREETINGS = 128
 """Connections that others have opened and that are in their handshake, as many as the system's backlog. A
 further connection replaces the oldest: handshakes take milliseconds, and a peer that needs seconds rarely
 completes one."""
+HANDSHAKE_S = 10.0
+"""How long a handshake may take, as Zenoh's own default. A session that dials a configured address gives the
+next handshake twice as long, up to the setting `open_timeout`."""
 MOST_FAULTS = 100
 """The number of reasons for closing links that the log distinguishes. Numbers within a reason are ignored."""
 

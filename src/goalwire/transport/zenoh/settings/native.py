@@ -70,6 +70,7 @@ def native_settings(values: Json, *, shares_with_own: bool = False) -> Settings:
             _number(at('connect/retry/period_max_ms'), 4000) / 1000,
             _number(at('connect/retry/period_increase_factor'), 2),
         ),
+        open_s=_number(at('transport/unicast/open_timeout'), 10_000) / 1000,
         meets_peers=_meets_peers(at),
         memory=_memory(at, shares_with_own=shares_with_own),
         tls=_tls_files(at('transport/link/tls')),
