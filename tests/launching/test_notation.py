@@ -55,6 +55,8 @@ TEXTS = {
     '$(all true false)': 'false',
     '$(not-equals a b)': 'true',
     '$(equals 1 1.0)': 'true',
+    '$(equals True 1)': 'true',
+    '$(equals on true)': 'false',  # as in ROS 2: only true, false, 1 and 0 stand for each other
     '$(if $(var flag) yes no)': 'yes',
     '$(env NOT_THERE_AT_ALL fallback)': 'fallback',
     "$(command 'echo hello')": 'hello\n',
@@ -104,6 +106,9 @@ def test_substitutions_in_python(context: LaunchContext) -> None:
     assert EqualsSubstitution('True', 'true').perform(context) == 'true'
     assert NotEqualsSubstitution(None, '').perform(context) == 'false'
     assert IfElseSubstitution('false', 'a', 'b').perform(context) == 'b'
+    assert IfElseSubstitution('false', 'a').perform(context) == ''
+    with pytest.raises(BadLaunchValueError, match='needs if_value or else_value: both are missing'):
+        IfElseSubstitution('true')
     assert StringJoinSubstitution([['a', 'b'], 'c'], delimiter='-').perform(context) == 'ab-c'
     assert PythonExpression(['1', '+', '1']).perform(context) == '2'
     assert AnonName('x').perform(context) == AnonName('x').perform(context) != AnonName('y').perform(context)

@@ -52,6 +52,34 @@ def test_a_package_of_a_source_folder(world: dict[str, str], tmp_path: Path) -> 
         assert f'[INFO] [launch.user]: from {folder}' in program.succeed()
 
 
+MODULE_FOLDERS = ('my_bringup', 'src/my_bringup')
+USING_A_MODULE = """from launch import LaunchDescription
+from launch.actions import LogInfo
+from my_bringup.greeting import greet
+
+def generate_launch_description():
+    return LaunchDescription([LogInfo(msg=greet())])
+"""
+
+
+@pytest.mark.parametrize('place', MODULE_FOLDERS)
+def test_a_launch_file_imports_the_module_of_a_source_package(
+    place: str, world: dict[str, str], tmp_path: Path
+) -> None:
+    folder = tmp_path / 'src' / 'my_bringup'
+    (folder / place).mkdir(parents=True)
+    (folder / 'package.xml').write_text('<package><name>my_bringup</name></package>')
+    (folder / place / '__init__.py').touch()
+    (folder / place / 'greeting.py').write_text('def greet():\n    return "from a module"\n')
+    file = tmp_path / 'a.launch.py'
+    file.write_text(USING_A_MODULE)
+    with Program(executable(), 'launch', str(file), env=world, cwd=tmp_path) as program:
+        output = program.succeed()
+    assert '[INFO] [launch.user]: from a module' in output
+    assert f'is taken from {folder}, below the working directory' in output
+    assert not (folder / place / '__pycache__').exists()
+
+
 SETUP_FILES = {
     'setup.py': "setup(entry_points={'console_scripts': ['greet = my_node.main:main']})\n",
     'setup.cfg': '[options.entry_points]\nconsole_scripts =\n    greet = my_node.main:main\n',

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import socket
 import subprocess
@@ -39,6 +40,13 @@ def test_doctor_sees_peers_and_has_two_processes_talk(ros2: CommandLine) -> None
     assert out.endswith('all is well\n')
     checks = [json.loads(line) for line in ros2.ok('doctor', '--json', '--no-self-test').splitlines()]
     assert all(check['is_well'] for check in checks)
+
+
+def test_doctor_says_if_it_answers_at_the_routers_port_itself() -> None:
+    world = isolated_env('rmw_zenoh_cpp')
+    free = f'ok   port {world["GOALWIRE_ROUTER_PORT"]}: free: the first program offers the rendezvous'
+    out = CommandLine(world).ok('doctor', '--no-self-test')
+    assert re.search(rf'^{free}; doctor does so itself while it looks \(process \d+\)$', out, re.MULTILINE)
 
 
 @on_dds_too
