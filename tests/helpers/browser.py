@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import pytest
 
-from tools.console_picture import CHROMIUM, FLAGS
+from tools.console_picture import CHROMIUM, FLAGS, ROOT
+
+_COMPILED = ROOT / '.pytest_cache' / 'node'
+"""Where the browser's driver, which runs on Node.js, keeps its code compiled: it starts in two thirds of
+the time."""
 
 
 @contextmanager
@@ -17,7 +21,10 @@ def chromium() -> Iterator[Any]:
     playwright = pytest.importorskip('playwright.sync_api')
     if CHROMIUM is None:
         pytest.skip('there is no Chromium here')
-    with playwright.sync_playwright() as driver:
+    with ExitStack() as ends:
+        with pytest.MonkeyPatch.context() as environment:
+            environment.setenv('NODE_COMPILE_CACHE', str(_COMPILED))
+            driver = ends.enter_context(playwright.sync_playwright())
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
         browser.close()

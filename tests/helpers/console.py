@@ -31,9 +31,8 @@ sys.exit(run_command('goalwire', sys.argv[1:]))
 @cache
 def _server() -> ForkServer:
     """The process that forks consoles and robots, for all tests of this process."""
-    server = ForkServer(
-        ['goalwire.apps.cli.main', 'goalwire.apps.console.server'], isolated_env('rmw_zenoh_cpp')
-    )
+    env = isolated_env('rmw_zenoh_cpp') | {'GOALWIRE_INTERFACE_PATH': str(DATA)}
+    server = ForkServer(['console_imports'], env)
     atexit.register(server.close)
     return server
 
