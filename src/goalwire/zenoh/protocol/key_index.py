@@ -2,13 +2,14 @@
 
 Nearly all expressions of ROS 2 are plain keys, or plain keys with `/**` at the end. Both are found in dicts,
 by the key and by each of its beginnings. Only the few others, the *odd* ones, are compared one by one. So a
-lookup by a plain key compares it with the odd expressions only, a lookup by an expression with all."""
+lookup by a plain key compares it with the odd expressions only, a lookup by an expression with those that
+have the same first chunks."""
 
 from __future__ import annotations
 
 from typing import Generic, TypeVar
 
-from goalwire.zenoh.protocol.key_expressions import intersects, is_wild
+from goalwire.zenoh.protocol.key_expressions import intersects, is_wild, plain_head
 
 T = TypeVar('T')
 
@@ -26,7 +27,7 @@ class KeyIndex(Generic[T]):
     A lookup first copies the table in one step. So a signal's handler may look up at any time.
     """
 
-    __slots__ = ('_below', '_odd', '_plain', '_things')
+    __slots__ = ('_below', '_by_head', '_odd', '_plain', '_things')
 
     def __init__(self) -> None:
         self._things: dict[int, tuple[str, T]] = {}
@@ -34,6 +35,8 @@ class KeyIndex(Generic[T]):
         self._below: dict[str, dict[int, T]] = {}
         """Expressions with '/**' at the end, by the text before it."""
         self._odd: dict[int, tuple[str, T]] = {}
+        self._by_head: dict[str, dict[int, tuple[str, T]]] = {}
+        """All expressions by their `plain_head`."""
 
     def __len__(self) -> int:
         return len(self._things)
@@ -48,9 +51,10 @@ class KeyIndex(Generic[T]):
 
     def add(self, number: int, key: str, thing: T) -> None:
         """Keep a value under a number that is free."""
-        self._things[number] = key, thing
+        found = self._things[number] = key, thing
+        self._by_head.setdefault(plain_head(key), {})[number] = found
         if is_odd(key):
-            self._odd[number] = key, thing
+            self._odd[number] = found
         else:
             self._same(key).setdefault(key.removesuffix(_BELOW), {})[number] = thing
 
@@ -60,7 +64,14 @@ class KeyIndex(Generic[T]):
     def pop(self, number: int) -> tuple[str, T] | None:
         """Remove a value and return its key and the value; None for an unknown number."""
         found = self._things.pop(number, None)
-        if found is not None and self._odd.pop(number, None) is None:
+        if found is None:
+            return None
+        head = plain_head(found[0])
+        alike = self._by_head.get(head, {})
+        alike.pop(number, None)
+        if not alike:
+            self._by_head.pop(head, None)
+        if self._odd.pop(number, None) is None:
             same = self._same(found[0])
             key = found[0].removesuffix(_BELOW)
             del same[key][number]
@@ -71,13 +82,20 @@ class KeyIndex(Generic[T]):
     def meeting(self, expression: str) -> list[tuple[str, T]]:
         """Return the expressions in the index that intersect this expression, with their values."""
         if is_wild(expression):
-            return [found for found in list(self._things.values()) if intersects(found[0], expression)]
+            return [found for found in self._alike(expression) if intersects(found[0], expression)]
         out = [(expression, thing) for thing in list(self._plain.get(expression, {}).values())]
         if self._below:
             out += self._above(expression)
         if self._odd:
             out += [found for found in list(self._odd.values()) if intersects(found[0], expression)]
         return out
+
+    def _alike(self, expression: str) -> list[tuple[str, T]]:
+        """Return the expressions that may intersect an expression, by their first chunks."""
+        if head := plain_head(expression):
+            same, wild = self._by_head.get(head, {}), self._by_head.get('', {})
+            return [*list(same.values()), *list(wild.values())]
+        return list(self._things.values())
 
     def _above(self, key: str) -> list[tuple[str, T]]:
         """Return the expressions that end with '/**' and match a plain key."""

@@ -2,6 +2,10 @@
 
 A token is a declared key. It appears with its first declaration, on any link or by the session itself. It
 vanishes when its last declaration is taken back or loses its link. So declarations are counted for each key.
+
+A new watcher is told of the tokens that exist. A program that looks at a fleet knows a hundred thousand,
+and each of its action clients watches the few of one topic. So tokens are also kept by the beginning of their
+keys, and a watcher is compared with those alone that begin as its own expression does.
 """
 
 from __future__ import annotations
@@ -9,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
-from goalwire.zenoh.protocol.key_expressions import intersects, is_wild
+from goalwire.zenoh.protocol.key_expressions import intersects, is_wild, plain_head
 from goalwire.zenoh.protocol.key_index import KeyIndex
 from goalwire.zenoh.protocol.network import Sample
 
@@ -22,6 +26,8 @@ class Liveliness:
     def __init__(self, callback_failed: Callable[[Exception], None]) -> None:
         self._callback_failed = callback_failed
         self._declared: dict[str, int] = {}
+        self._by_head: dict[str, dict[str, None]] = {}
+        """The tokens by `plain_head`."""
         self._watchers: KeyIndex[Watcher] = KeyIndex()
         self._changes: OrderedDispatcher[tuple[Watcher, Sample]] = OrderedDispatcher(self._deliver)
         self.tell = self._changes.drain
@@ -32,6 +38,7 @@ class Liveliness:
         count = self._declared.get(key, 0)
         self._declared[key] = count + 1
         if not count:
+            self._by_head.setdefault(plain_head(key), {})[key] = None
             self._post(Sample(key, b''))
 
     def vanished(self, key: str) -> None:
@@ -40,6 +47,11 @@ class Liveliness:
         if count > 0:
             self._declared[key] = count
         elif not count:
+            head = plain_head(key)
+            tokens = self._by_head.get(head, {})
+            tokens.pop(key, None)
+            if not tokens:
+                self._by_head.pop(head, None)
             self._post(Sample(key, None))
 
     def _post(self, change: Sample) -> None:
@@ -69,4 +81,8 @@ class Liveliness:
         """Return the existing tokens that match `key`."""
         if not is_wild(key):
             return [key] if key in self._declared else []
-        return [token for token in list(self._declared) if intersects(token, key)]
+        if head := plain_head(key):
+            found = [*self._by_head.get(head, ()), *self._by_head.get('', ())]
+        else:
+            found = list(self._declared)
+        return [token for token in found if intersects(token, key)]
