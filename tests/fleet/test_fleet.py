@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
+from typing import Any
 
 import pytest
 from example_interfaces.action import Fibonacci
@@ -94,6 +95,25 @@ def test_a_job_leaves_no_client_on_the_wire(play: Play) -> None:
                 while any(name.startswith('/alpha/drive/') for name in clients_of(fleet)):
                     await anext(changes)
             changes.close()
+
+    play(scenario)
+
+
+def test_a_job_has_one_client_for_each_robot(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    make = goalwire.Node.action
+
+    def spy(node: goalwire.Node, action_type: Any, name: str) -> Any:
+        made.append(name)
+        return make(node, action_type, name)
+
+    async def scenario() -> None:
+        async with Robots().serving('alpha', 'beta'), Fleet('dispatch') as fleet:
+            await fleet.wait_for('alpha', 'beta', timeout=PATIENCE)
+            monkeypatch.setattr(goalwire.Node, 'action', spy)
+            reports = await fleet.send(Fibonacci, 'drive', order=1)
+            assert all(each.succeeded for each in reports)
+        assert sorted(made) == ['/alpha/drive', '/beta/drive']
 
     play(scenario)
 

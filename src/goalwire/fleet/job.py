@@ -140,7 +140,7 @@ class Job:
             if self._most_failures is not None and self._failures > self._most_failures:
                 self._tell(GoalReport(robot, 'NOT SENT', why=f'{self._failures} goals have failed'))
                 return
-            if not await runner.has(robot) and not await self._has_server(robot):
+            if not await runner.has(robot) and not await self._has_server(runner, robot):
                 self._tell(GoalReport(robot, 'NO SERVER', why=f'no server within {SERVER_S:.0f} s'))
                 return
             run = await self._start(runner, robot)
@@ -157,14 +157,13 @@ class Job:
                 f"the journal '{self._journal}' belongs to another action, goal or timeout: name another file"
             ) from None
 
-    async def _has_server(self, robot: str) -> bool:
-        client = self._node.action(self._type, name_below(robot, self._action))
+    async def _has_server(self, runner: Runner, robot: str) -> bool:
+        # The robot's mission uses the same client. A client of its own would double the cost of a large job.
+        client = runner.clients.action(self._type, name_below(robot, self._action))
         try:
             await client.wait_for_server(timeout=SERVER_S)
         except NoServerError:
             return False
-        finally:
-            client.close()
         return True
 
     def _tell(self, report: GoalReport) -> None:

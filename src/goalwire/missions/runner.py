@@ -85,8 +85,8 @@ class Runner:
             stack.callback(bell.close)
             await writer.run(lambda: note_port(store, port))
             self._writer = writer
-            self._clients = Clients(self._node, self._computer)
-            stack.push_async_callback(self._clients.close)
+            self.clients = Clients(self._node, self._computer)  # its missions share them
+            stack.push_async_callback(self.clients.close)
             self._lock = lock
             if self._one_at_a_time:
                 self._turns = Turns()
@@ -161,7 +161,7 @@ class Runner:
             definition,
             entries,
             self._open_writer(),
-            self._clients,
+            self.clients,
             self._node,
             self._computer,
             self._boundary,
