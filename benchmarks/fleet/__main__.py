@@ -4,11 +4,11 @@ python -m benchmarks.fleet --robots 20 --sites 3 --slow --chaos MINUTES
 Robots with the humanoid's names, each with a session and a certificate of its own, some in a process, dial
 the routers of their sites. These dial a cloud, and an operator comes to the cloud, all with mutual TLS and
 the rules of `goalwire fleet init`. With --slow each robot's and each site's link is a relay: 100 ms late,
-10 Mbit/s, with a stall of up to 5 s about each minute. Printed for each number of robots: the time until all
-are up; what the operator's session is sent and the time until it knows one robot, with `robots=` and without;
-what one robot's session is sent; memory and processor time of the routers at rest. At last goals are sent to
-all robots, once for each router in --kill, and that router is killed (kill -9) and started again while all
-drive: how they ended, and how often each was run.
+10 Mbit/s, with a stall of up to 5 s about each minute, and breaks about each ten minutes (--break-every).
+Printed for each number of robots: the time until all are up; what the operator's session is sent and the time
+until it knows one robot, with `robots=` and without; what one robot's session is sent; memory and processor
+time of the routers at rest. At last goals are sent to all robots, once for each router in --kill, and that
+router is killed (kill -9) and started again while all drive: how they ended, and how often each was run.
 
 With --chaos nothing of that is measured. Routers are killed and links are partitioned at random for so long,
 while goals and calls go to all robots. A table and a list of problems come at the end.
@@ -30,7 +30,6 @@ from benchmarks.fleet.layout import Layout, ask_robot, cpu_s, last_line, memory_
 from benchmarks.fleet.programs import OPERATOR, SENDER
 
 REST_S = 10.0
-DRIVE_S = 20.0
 QUICK = ('--delay-ms', '0', '--mbit', '1000', '--stall-every', '0')
 SLOW = ('--delay-ms', '100', '--mbit', '10', '--stall-every', '60')
 
@@ -40,7 +39,8 @@ def standing(robots: int, chosen: argparse.Namespace) -> Iterator[tuple[Layout, 
     """Bring a fleet up, say what that took, and end it after the block."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        links = SLOW if chosen.slow else QUICK if chosen.chaos else ()
+        slow = (*SLOW, '--break-every', str(chosen.break_every))
+        links = slow if chosen.slow else QUICK if chosen.chaos else ()
         layout = Layout(folder, robots, chosen.sites, chosen.per_process, links, stack)
         layout.begin_routers()
         started = time.monotonic()
@@ -80,24 +80,37 @@ def measure_rest(layout: Layout, programs: list[subprocess.Popen[str]]) -> None:
     )
 
 
-def drive_through_a_death(layout: Layout, victim: str) -> None:
+def drive_through_a_death(layout: Layout, victim: str, drive_s: float) -> None:
     """Send a goal to each robot, kill a router while all drive, and print how the goals ended."""
     known = layout.runs()
-    sender = layout.operate(SENDER, str(layout.robots), str(int(10 * DRIVE_S)), begins='sends')
-    ordered = cpu_s(sender), time.monotonic()
-    while sender.poll() is None and (layout.runs() - known).total() < layout.robots:
+    unsent = layout.folder / f'unsent-{victim}'
+    unsent.touch()
+    arguments = str(layout.robots), str(int(10 * drive_s)), str(unsent)
+    sender = layout.operate(SENDER, *arguments, begins='sends')
+    ordered = time.monotonic()
+    before = spent = cpu_s(sender)
+    driving = away = 0
+    while driving + away < layout.robots and sender.poll() is None:
+        spent = cpu_s(sender)
         time.sleep(0.1)
+        driving = (layout.runs() - known).total()
+        away = len(unsent.read_text(encoding='utf-8').split())
+    spread = time.monotonic() - ordered
     print(
-        f'  all robots drive {time.monotonic() - ordered[1]:.1f} s after the order, '
-        f'{cpu_s(sender) - ordered[0]:.1f} s of which are processor time of the sender',
+        f'  {driving} robots drive {spread:.1f} s after the order, each for {drive_s:.0f} s; '
+        f'{spent - before:.1f} s of processor time of the sender',
         flush=True,
     )
+    if spread > drive_s:
+        print('  the first have arrived already: give them longer ways by --drive')
     layout.kill_router(victim)
     time.sleep(1.0)
     layout.begin_router(victim)
     ends = last_line(sender)
     times = dict(Counter((layout.runs() - known).values()))
     print(f'  goals through the death of {victim}: {ends}; goals by how often they ran: {times}', flush=True)
+    if layout.relays:
+        print(f'  links by now: {dict(layout.count_faults())}', flush=True)
 
 
 def main() -> None:
@@ -106,7 +119,15 @@ def main() -> None:
     parser.add_argument('--robots', default='1,10,100', help='numbers of robots')
     parser.add_argument('--sites', type=int, default=1)
     parser.add_argument('--per-process', type=int, default=25, help='robots in one process')
-    parser.add_argument('--slow', action='store_true', help='links of 100 ms and 10 Mbit/s that stall')
+    parser.add_argument(
+        '--slow', action='store_true', help='links of 100 ms and 10 Mbit/s that stall and break'
+    )
+    parser.add_argument(
+        '--break-every', type=float, default=600.0, metavar='S', help='of each slow link; 0: never'
+    )
+    parser.add_argument(
+        '--drive', type=float, metavar='S', help='how long each goal takes; default: 20 s and more'
+    )
     parser.add_argument('--kill', default='site-0', help='the routers that die, such as cloud,site-0')
     parser.add_argument('--chaos', type=float, default=0.0, metavar='MINUTES', help='kill and partition')
     chosen = parser.parse_args()
@@ -119,7 +140,7 @@ def main() -> None:
             measure_attaching(layout)
             measure_rest(layout, programs)
             for victim in chosen.kill.split(','):
-                drive_through_a_death(layout, victim)
+                drive_through_a_death(layout, victim, chosen.drive or 20 + number / 10)
     raise SystemExit(1 if problems else 0)
 
 

@@ -109,6 +109,17 @@ class Layout:
         relay.stdin.write(f'partition {seconds:.1f} {"all" if everything else "one"}\n')
         relay.stdin.flush()
 
+    def count_faults(self) -> Counter[str]:
+        """Return how many stalls, breaks and partitions all relayed links have had."""
+        total: Counter[str] = Counter()
+        for relay in self.relays.values():
+            assert relay.stdin is not None
+            assert relay.stdout is not None
+            relay.stdin.write('count\n')
+            relay.stdin.flush()
+            total.update(json.loads(relay.stdout.readline()))
+        return total
+
     def serve(self) -> list[subprocess.Popen[str]]:
         """Start the robots, and wait until they serve."""
         programs = []

@@ -82,16 +82,22 @@ from goalwire.fleet import Fleet
 async def main():
     names = [f'r{number}' for number in range(int(sys.argv[1]))]
     order = int(sys.argv[2])
+    def note(report):
+        if report.status != 'RUNNING' and not report.goal_id:
+            with open(sys.argv[3], 'a') as lines:
+                lines.write(report.robot + chr(10))
     async with Fleet('dispatch') as fleet:
         await fleet.wait_for(*names, timeout=600)
         print('sends', flush=True)
-        reports = await fleet.send(Fibonacci, 'navigate', order=order, parallel=len(names), timeout=900)
+        reports = await fleet.send(
+            Fibonacci, 'navigate', order=order, parallel=len(names), timeout=900, on_change=note
+        )
         print(json.dumps(collections.Counter(each.status for each in reports)))
 
 asyncio.run(main())
 """
-"""Arguments: the number of robots, and the length of their drives in tenths of a second. Prints how the
-goals ended."""
+"""Arguments: the number of robots, the length of their drives in tenths of a second, and a file for the names
+of robots that were not sent their goals, since no link led to them. Prints how the goals ended."""
 
 DISPATCHER = """
 import asyncio, collections, itertools, os, random, sys, time, uuid

@@ -3,13 +3,15 @@
 python -m benchmarks.fleet.slow_links PORT SERVER_PORT [--delay-ms 100] [--mbit 10] [--stall-every 60]
 [--break-every 0] [--control]. Each connection is one link. It prints `ready`, and at SIGINT how many stalls,
 breaks and partitions there were. With --control it reads its input: a line `partition SECONDS all` stops all
-links for so long, also new ones, and `partition SECONDS one` stops one link.
+links for so long, also new ones, and `partition SECONDS one` stops one link; at a line `count` it prints the
+stalls, breaks and partitions by now, as JSON.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import json
 import random
 import sys
 from collections import Counter
@@ -142,8 +144,11 @@ async def _obey(relay: Relay) -> None:
     protocol = asyncio.StreamReaderProtocol(lines)
     await asyncio.get_running_loop().connect_read_pipe(lambda: protocol, sys.stdin)
     while line := await lines.readline():
-        _, seconds, which = line.decode().split()
-        relay.partition(float(seconds), everything=which == 'all')
+        match line.decode().split():
+            case 'partition', seconds, which:
+                relay.partition(float(seconds), everything=which == 'all')
+            case _:
+                print(json.dumps(relay.seen), flush=True)
 
 
 async def serve(port: int, relay: Relay, *, is_controlled: bool = False) -> None:

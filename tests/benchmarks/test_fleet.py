@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,28 @@ def test_a_partitioned_link_is_silent_and_loses_nothing(*, everything: bool) -> 
             assert await reader.read() == b''
             writer.close()
             await writer.wait_closed()
+
+    run(scenario())
+
+
+def test_a_link_breaks_and_may_be_made_again() -> None:
+    async def hold(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.read()
+        writer.close()
+
+    async def scenario() -> None:
+        ports = free_port(), free_port()
+        relay = Relay(ports[1], Faults(0.0, 1e9, 0.0, 0.05))
+        async with (
+            await asyncio.start_server(hold, '127.0.0.1', ports[1]),
+            await asyncio.start_server(relay.connect, '127.0.0.1', ports[0]),
+        ):
+            for _ in range(3):
+                reader, writer = await asyncio.open_connection('127.0.0.1', ports[0])
+                with suppress(ConnectionError):
+                    assert await reader.read() == b''
+                writer.close()
+            assert relay.seen['breaks'] == 3
 
     run(scenario())
 
