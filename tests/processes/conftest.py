@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from helpers.isolation import NETWORK, isolated_env
-from helpers.programs import Start, programs_in
+from helpers.programs import Start, programs_in, server_of_programs
 from helpers.wires import require
 
 
@@ -27,5 +27,5 @@ def world(network: str) -> dict[str, str]:
 @pytest.fixture
 def start(world: dict[str, str]) -> Iterator[Start]:
     """A function that starts a program of this folder in the test's world."""
-    with programs_in(world) as start:
+    with programs_in(world, server=server_of_programs()) as start:
         yield start

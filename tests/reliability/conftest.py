@@ -17,7 +17,7 @@ from helpers.isolation import isolated_env, lease_variables
 from helpers.outcomes import Outcomes
 from helpers.pending import left_pending
 from helpers.processes import Program
-from helpers.programs import Start, programs_in
+from helpers.programs import Start, programs_in, server_of_programs
 from helpers.wires import DDS, require
 
 import goalwire
@@ -56,7 +56,7 @@ def transport_name(request: pytest.FixtureRequest) -> str:
 @pytest.fixture
 def start(transport_name: str) -> Iterator[Start]:
     """A function that starts a program of this folder, in a world where peers are missed soon."""
-    with programs_in(impatient_world(transport_name), PROGRAMS) as start:
+    with programs_in(impatient_world(transport_name), PROGRAMS, server_of_programs()) as start:
         yield start
 
 
