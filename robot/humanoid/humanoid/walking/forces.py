@@ -15,6 +15,7 @@ from itertools import product
 import daqp
 import numpy as np
 
+from humanoid.physics.build import Leg
 from humanoid.walking.body import Body
 from humanoid.walking.seam import Array
 
@@ -28,6 +29,10 @@ WAIST_WEIGHT = 0.0001  # cost per (rad/s²)² of error of the waist
 TURN_WEIGHTS = np.array((0.01, 0.01, 0.01))
 DAMPED = 1e-3  # squared damping of a leg's inverse Jacobian, for a nearly straight leg
 SPARING = (1e-6, 1e-6, 1e-8, 1e-4, 1e-4, 1e-4)  # cost per N² and per (N·m)² under a foot
+KNEE = 3  # its place among a leg's joints
+BENT = 0.35  # rad: a knee that is straighter is bent, whatever this does to the foot's path
+BENDS = 1.0  # cost per (rad/s²)² of error of a straight knee; it falls to 0 at BENT
+BEND_GAIN, BEND_DAMPING = 400.0, 40.0  # 1/s², 1/s
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,8 @@ class ForceControl:
     def _motion(self, aims: Aims) -> tuple[Array, Array]:
         """Return the matrix and the vector that give all accelerations from the pelvis' six.
 
-        The legs' accelerations follow from those of the pelvis and of the soles.
+        The legs' accelerations follow from those of the pelvis and of the soles, except at a nearly straight
+        knee: such a leg could bend either way, and a knee that bends the wrong way stays at its end stop.
         """
         body = self._body
         nv = len(body.inertia)
@@ -92,9 +98,19 @@ class ForceControl:
         ):
             right = np.column_stack((-jacobian[:, :6], aim - drift))
             own = jacobian[:, leg.dofs]
-            solved = np.linalg.solve(own.T @ own + DAMPED * np.eye(6), own.T @ right)
+            cost, linear = own.T @ own + DAMPED * np.eye(6), own.T @ right
+            weight, bend = self._bend(leg)
+            cost[KNEE, KNEE] += weight
+            linear[KNEE, 6] += weight * bend
+            solved = np.linalg.solve(cost, linear)
             freedom[leg.dofs], given[leg.dofs] = solved[:, :6], solved[:, 6]
         return freedom, given
+
+    def _bend(self, leg: Leg) -> tuple[float, float]:
+        """Return the weight and the acceleration (rad/s²) with which a knee has to bend."""
+        angle, speed = self._body.joint(int(leg.joints[KNEE]))
+        share = min(max(1.0 - angle / BENT, 0.0), 1.0)
+        return BENDS * share**2, BEND_GAIN * (BENT - angle) - BEND_DAMPING * speed
 
     def _waist(self) -> Array:
         """Return the unit vector of the waist's degree of freedom; zeros for a robot without a waist."""

@@ -164,6 +164,21 @@ def test_walking_it_withstands_a_push_to_the_side_of_the_foot_that_lands(
     assert not body.fallen
 
 
+@pytest.mark.slow
+def test_after_a_wide_step_no_knee_bends_the_wrong_way(body: World) -> None:
+    """The leg that follows is stretched to its full length."""
+    PhysicsBase(body).drive_at(Velocity2D(0.5))
+    ticks(body, 3.0)
+    way = math.radians(240.0)
+    body.push((140.0 * math.cos(way), 140.0 * math.sin(way), 0.0), 0.2)
+    straightest = math.pi
+    for _ in range(round(2.0 / TICK)):
+        body.tick()
+        straightest = min(straightest, *(body.joint(name)[0] for name in ('left_knee', 'right_knee')))
+    assert not body.fallen
+    assert 0.0 < straightest < 0.2
+
+
 def test_a_push_that_is_too_strong_fells_it_and_its_goal_ends_with_the_reason(body: World) -> None:
     base = PhysicsBase(body)
     base.drive_to(Pose2D(3.0))
