@@ -63,6 +63,8 @@ from goalwire.zenoh.io.endpoints import TlsFiles, is_quickly_resolved, resolve
 from goalwire.zenoh.io.endpoints import parse as parse_address
 from goalwire.zenoh.io.tls import TlsStream, client_context, server_context
 from goalwire.zenoh.protocol import key_expressions
+from goalwire.zenoh.protocol.bodies import Sample as ZenohSample
+from goalwire.zenoh.protocol.bodies import del_body, put_body
 from goalwire.zenoh.protocol.channels import DATA_CHANNEL, PieceBudget, Reassembly, frame_head
 from goalwire.zenoh.protocol.declarations import (
     About,
@@ -76,15 +78,8 @@ from goalwire.zenoh.protocol.declarations import (
 )
 from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node, tell_of
-from goalwire.zenoh.protocol.network import Sample as ZenohSample
 from goalwire.zenoh.protocol.network import Target as QueryTarget
-from goalwire.zenoh.protocol.network import (
-    del_body,
-    push_head,
-    put_body,
-    response_final,
-    wire_key,
-)
+from goalwire.zenoh.protocol.network import push_head, response_final, wire_key
 from goalwire.zenoh.protocol.primitives import encode_timestamp
 from goalwire.zenoh.protocol.senders import Publication, Querier
 

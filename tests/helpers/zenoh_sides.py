@@ -17,9 +17,10 @@ from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.endpoints import TlsFiles
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import MemorySettings, Settings
+from goalwire.zenoh.protocol.bodies import Consolidation, Sample
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.link_messages import Role
-from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
+from goalwire.zenoh.protocol.network import ReplyError, Target
 from goalwire.zenoh.protocol.senders import Publication, Querier
 
 TLS_NAMES = (

@@ -27,6 +27,7 @@ from helpers.programs import programs_in  # noqa: E402
 from helpers.zenoh_protocol import Session  # noqa: E402
 
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode  # noqa: E402
+from goalwire.zenoh.protocol.bodies import put_body  # noqa: E402
 from goalwire.zenoh.protocol.bounds import MOST_WILD, WILD_SIGNS  # noqa: E402
 from goalwire.zenoh.protocol.channels import CHANNELS, DATA_CHANNEL, fragment_head  # noqa: E402
 from goalwire.zenoh.protocol.declarations import (  # noqa: E402
@@ -39,14 +40,7 @@ from goalwire.zenoh.protocol.declarations import (  # noqa: E402
 )
 from goalwire.zenoh.protocol.link_messages import Role  # noqa: E402
 from goalwire.zenoh.protocol.link_state import Node, tell_of  # noqa: E402
-from goalwire.zenoh.protocol.network import (  # noqa: E402
-    BLOCK,
-    DEFAULT_QOS,
-    Target,
-    push_head,
-    put_body,
-    wire_key,
-)
+from goalwire.zenoh.protocol.network import BLOCK, DEFAULT_QOS, Target, push_head, wire_key  # noqa: E402
 from goalwire.zenoh.protocol.primitives import SourceInfo, encode_source, read_id  # noqa: E402
 from goalwire.zenoh.protocol.senders import Querier  # noqa: E402
 

@@ -16,7 +16,7 @@ from helpers.zenoh_sides import Ours, address
 
 from goalwire.execution.asyncio.waiting import shared_waker
 from goalwire.execution.asyncio.wire_reader import read_wire
-from goalwire.zenoh.protocol.network import Sample
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
 
 RunLoop = Callable[[Coroutine[Any, Any, None]], None]

@@ -8,6 +8,7 @@ import pytest
 from helpers.zenoh_protocol import Cable, Session, pair
 
 from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.bodies import Sample, put_body
 from goalwire.zenoh.protocol.channels import DATA_CHANNEL
 from goalwire.zenoh.protocol.declarations import (
     About,
@@ -21,7 +22,7 @@ from goalwire.zenoh.protocol.declarations import (
 from goalwire.zenoh.protocol.key_expressions import includes, intersects
 from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import LinkStates, Node, tell_of
-from goalwire.zenoh.protocol.network import Sample, push_head, put_body, wire_key
+from goalwire.zenoh.protocol.network import push_head, wire_key
 from goalwire.zenoh.protocol.primitives import Reader, ZenohProtocolError
 
 QUICK_S = 0.5

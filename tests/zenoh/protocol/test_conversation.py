@@ -6,10 +6,11 @@ import pytest
 from helpers.zenoh_captured import Batch, conversation
 from helpers.zenoh_protocol import Session, Wire
 
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.link import Link
-from goalwire.zenoh.protocol.network import ReplyError, Sample
+from goalwire.zenoh.protocol.network import ReplyError
 from goalwire.zenoh.protocol.queries import PendingQuery
 
 A, B = bytes.fromhex('a1a2a3a4'), bytes.fromhex('b1b2b3b4')

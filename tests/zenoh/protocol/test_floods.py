@@ -9,10 +9,10 @@ from helpers.zenoh_protocol import Cable, Session
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from goalwire.zenoh.protocol.bodies import LARGE, Sample
 from goalwire.zenoh.protocol.channels import DATA_CHANNEL, SendQueue, channel_of
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.link import Link
-from goalwire.zenoh.protocol.network import LARGE, Sample
 from goalwire.zenoh.protocol.outgoing import HELD_SIZE
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError, decode_timestamp, ntp64
 from goalwire.zenoh.protocol.senders import FLOOD, SMALL, Publication

@@ -8,9 +8,10 @@ from helpers.zenoh_protocol import Cable, Session
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.incoming_queries import Query
-from goalwire.zenoh.protocol.network import Sample, Target
+from goalwire.zenoh.protocol.network import Target
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
 from goalwire.zenoh.protocol.queries import Answer
 from goalwire.zenoh.protocol.senders import Querier

@@ -8,9 +8,9 @@ import pytest
 from helpers.zenoh_captured import Batch, conversation
 from helpers.zenoh_protocol import Session, Wire
 
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.link import Link
-from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
 from goalwire.zenoh.protocol.queries import PendingQuery
 

@@ -10,8 +10,8 @@ import pytest
 from helpers.interrupting import at_each_call, at_each_line
 from helpers.zenoh_protocol import Session, pair
 
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.incoming_queries import Query
-from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.primitives import decode_z
 from goalwire.zenoh.protocol.queries import Answer
 from goalwire.zenoh.protocol.senders import FLOOD, Publication, Querier

@@ -9,10 +9,10 @@ from helpers.zenoh_protocol import Cable, Session, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.channels import MASK, frame_head
 from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.link_messages import Init, Role
-from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.zenoh.protocol.primitives import (
     EXPIRED,

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 import pytest
 from helpers.zenoh_protocol import Cable, Session, pair
 
+from goalwire.zenoh.protocol.bodies import Consolidation, Sample
 from goalwire.zenoh.protocol.declarations import About, When, interest
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import LinkStates, Node, connects_to, tell_of
-from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
+from goalwire.zenoh.protocol.network import ReplyError, Target
 from goalwire.zenoh.protocol.primitives import Reader
 from goalwire.zenoh.protocol.queries import TIMEOUT
 from goalwire.zenoh.protocol.senders import Publication, Querier

@@ -15,7 +15,7 @@ from goalwire.zenoh.protocol.senders import Publication
 
 if TYPE_CHECKING:
     from goalwire.zenoh.io.native_session import NativeSession
-    from goalwire.zenoh.protocol.network import Sample
+    from goalwire.zenoh.protocol.bodies import Sample
 
 
 class Succession:

@@ -31,8 +31,9 @@ from goalwire.transport.zenoh.settings.environment import advise_unreached
 from goalwire.transport.zenoh.settings.values import Configuration
 from goalwire.transport.zenoh.threads import keep_thread_state
 from goalwire.transport.zenoh.wire import Declared, refuse_use, undeclare
+from goalwire.zenoh.protocol.bodies import Payload
 from goalwire.zenoh.protocol.incoming_queries import Query
-from goalwire.zenoh.protocol.network import Payload, ReplyError
+from goalwire.zenoh.protocol.network import ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
 from goalwire.zenoh.protocol.queries import Answer
 

@@ -15,9 +15,10 @@ from goalwire.transport.zenoh import wire
 from goalwire.transport.zenoh.ros_keys import GRAPH_SPACE, RobotKeys
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
+from goalwire.zenoh.protocol.bodies import Payload, Sample
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.link_messages import Role
-from goalwire.zenoh.protocol.network import Payload, Sample, Target
+from goalwire.zenoh.protocol.network import Target
 from goalwire.zenoh.protocol.primitives import (
     SourceInfo,
     ZenohProtocolError,

@@ -13,8 +13,9 @@ from typing import Never, Protocol, TypeAlias, runtime_checkable
 
 from goalwire.concurrency.wire_poller import WirePoller
 from goalwire.security.refusal_counts import RefusalCounts
+from goalwire.zenoh.protocol.bodies import Payload
 from goalwire.zenoh.protocol.incoming_queries import Query
-from goalwire.zenoh.protocol.network import Payload, ReplyError
+from goalwire.zenoh.protocol.network import ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp
 from goalwire.zenoh.protocol.shared_memory import Loan
 

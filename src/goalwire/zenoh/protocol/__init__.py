@@ -11,7 +11,8 @@ The parts of messages:
     primitives        numbers, texts, ids, extensions, timestamps
     shared_memory     pointers to payloads in shared memory, and the marks of messages that have them
     link_messages     INIT, OPEN, CLOSE, KEEP_ALIVE: encoding and decoding
-    network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL: encoding and decoding
+    bodies            PUT, DEL and QUERY: encoding and decoding
+    network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL, which have bodies: encoding and decoding
     declarations      DECLARE and INTEREST: encoding and decoding
     link_state        OAM, by which routers announce nodes; the rule which of two peers connects
     forms             remembered beginnings of messages, by which similar ones are read in one step

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
-from goalwire.zenoh.protocol.network import (
+from goalwire.zenoh.protocol.bodies import (
     ATTACHMENT_OF_PUT,
     ATTACHMENT_OF_QUERY,
     BODY_OF_QUERY,

@@ -5,16 +5,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
+from goalwire.zenoh.protocol.bodies import (
+    Payload,
+    QueryMessage,
+    Sample,
+    new_sample,
+    put_body,
+)
 from goalwire.zenoh.protocol.network import (
     BLOCK,
     REPLY_HEADER,
-    Payload,
-    QueryMessage,
     ReplyError,
-    Sample,
     error_body,
-    new_sample,
-    put_body,
     response_final,
     response_head,
     whole_answer,

@@ -11,6 +11,14 @@ from collections.abc import Callable, Mapping, Sized
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.bodies import (
+    LARGE,
+    PUT_OF_ROS,
+    Sample,
+    new_sample,
+    read_body,
+    read_query,
+)
 from goalwire.zenoh.protocol.channels import PieceBudget
 from goalwire.zenoh.protocol.declarations import (
     Declaration,
@@ -39,19 +47,13 @@ from goalwire.zenoh.protocol.network import (
     DEFAULT_QOS,
     INTEREST,
     IS_SENDERS,
-    LARGE,
     OAM,
     PUSH,
-    PUT_OF_ROS,
     QOS,
     REQUEST,
     RESPONSE,
     RESPONSE_FINAL,
-    Sample,
-    new_sample,
-    read_body,
     read_extensions,
-    read_query,
     read_reply,
     read_request_id,
     read_wire_key,
@@ -73,7 +75,7 @@ from goalwire.zenoh.protocol.primitives import (
 )
 
 if TYPE_CHECKING:
-    from goalwire.zenoh.protocol.network import QueryMessage
+    from goalwire.zenoh.protocol.bodies import QueryMessage
 
 KEEP_ALIVES = 4
 """How many times within its lease an idle link sends KEEP_ALIVE."""

@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.key_expressions import intersects, is_wild, plain_head
 from goalwire.zenoh.protocol.key_index import KeyIndex
-from goalwire.zenoh.protocol.network import Sample
 
 Watcher = Callable[[Sample], None]
 

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+from goalwire.zenoh.protocol.bodies import Payload, Resolve, refuse_slices
 from goalwire.zenoh.protocol.channels import DATA_CHANNEL
-from goalwire.zenoh.protocol.network import DEFAULT_QOS, Payload, Resolve, refuse_slices
+from goalwire.zenoh.protocol.network import DEFAULT_QOS
 from goalwire.zenoh.protocol.shared_memory import LinkMemory, Slices
 
 if TYPE_CHECKING:

@@ -13,8 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from goalwire.zenoh.protocol.bodies import Consolidation, Sample
 from goalwire.zenoh.protocol.key_expressions import intersects
-from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample
+from goalwire.zenoh.protocol.network import ReplyError
 
 TIMEOUT = ReplyError(b'Timeout')
 ANY_KEY = '_anyke'

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
+from goalwire.zenoh.protocol.bodies import read_body, read_query
 from goalwire.zenoh.protocol.handshake import Handshake
 from goalwire.zenoh.protocol.link import Link, LinkOwner
 from goalwire.zenoh.protocol.network import (
@@ -16,9 +17,7 @@ from goalwire.zenoh.protocol.network import (
     IS_SENDERS,
     QOS,
     TARGET,
-    read_body,
     read_extensions,
-    read_query,
     read_reply,
     read_request_id,
     read_wire_key,

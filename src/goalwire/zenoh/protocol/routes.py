@@ -13,12 +13,13 @@ from typing import NamedTuple
 
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.bodies import QueryMessage, Sample
 from goalwire.zenoh.protocol.guard import Act, Witness
 from goalwire.zenoh.protocol.incoming_queries import Query, RemoteQuery
 from goalwire.zenoh.protocol.key_index import KeyIndex
 from goalwire.zenoh.protocol.link import Link, Receivers
 from goalwire.zenoh.protocol.links import Links
-from goalwire.zenoh.protocol.network import QueryMessage, Sample, response_final
+from goalwire.zenoh.protocol.network import response_final
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError, decode_source, show_id
 
 

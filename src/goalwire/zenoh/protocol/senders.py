@@ -11,6 +11,20 @@ from collections.abc import Callable, Container
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from goalwire.zenoh.protocol.bodies import (
+    LARGE,
+    Consolidation,
+    Payload,
+    QueryMessage,
+    Sample,
+    del_body,
+    new_sample,
+    put_body,
+    put_head,
+    query_head,
+    query_rest,
+    shared_put_head,
+)
 from goalwire.zenoh.protocol.channels import channel_of
 from goalwire.zenoh.protocol.guard import Act
 from goalwire.zenoh.protocol.incoming_queries import LocalQuery
@@ -19,23 +33,11 @@ from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.network import (
     BLOCK,
     DEFAULT_QOS,
-    LARGE,
     REQUEST,
-    Consolidation,
-    Payload,
-    QueryMessage,
-    Sample,
     Target,
     WireKey,
-    del_body,
-    new_sample,
     push_head,
-    put_body,
-    put_head,
-    query_head,
-    query_rest,
     request_tail,
-    shared_put_head,
     wire_key,
 )
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing

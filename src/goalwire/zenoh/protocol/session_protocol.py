@@ -23,6 +23,7 @@ from typing import Protocol
 
 from goalwire.concurrency.critical_section import CriticalSection
 from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.channels import PieceBudget
 from goalwire.zenoh.protocol.declarations import Declaration, Interest, Kind, final
 from goalwire.zenoh.protocol.expressions import Expressions
@@ -36,7 +37,6 @@ from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import Node
 from goalwire.zenoh.protocol.links import Links
 from goalwire.zenoh.protocol.liveliness_tokens import Liveliness, Watcher
-from goalwire.zenoh.protocol.network import Sample
 from goalwire.zenoh.protocol.outgoing import Connection
 from goalwire.zenoh.protocol.own_entities import OwnEntities
 from goalwire.zenoh.protocol.pending_queries import PendingQueries

@@ -19,7 +19,7 @@ from helpers.zenoh_memory import WITH_ALL, shares
 from helpers.zenoh_sides import Ours, Side, address
 
 from goalwire.zenoh.io.shared_memory.reader import MemoryReader, find_atomics
-from goalwire.zenoh.protocol.network import Sample
+from goalwire.zenoh.protocol.bodies import Sample
 
 THEIRS = Path(__file__).parent / 'programs' / 'eclipse_side.py'
 HERE = Path(sys.executable)

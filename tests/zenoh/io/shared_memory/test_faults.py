@@ -23,7 +23,7 @@ from helpers.zenoh_sides import Ours, Side, address
 from goalwire.zenoh.io.settings import MemorySettings
 from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, sweep
-from goalwire.zenoh.protocol.network import Sample
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.senders import Publication
 
 PROGRAM = Path(__file__).parent / 'programs' / 'own_side.py'

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from time import monotonic
 
 from goalwire.zenoh.io.shared_memory.pool import Chunk, Lent, MemoryPool
-from goalwire.zenoh.protocol.network import push_head, shared_put_head, wire_key
+from goalwire.zenoh.protocol.bodies import shared_put_head
+from goalwire.zenoh.protocol.network import push_head, wire_key
 from goalwire.zenoh.protocol.shared_memory import Pointer, encode_pointer
 
 PROBE_KEY = '@goalwire/probe'

@@ -12,7 +12,7 @@ from random import Random
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import MemorySettings, Settings
-from goalwire.zenoh.protocol.network import Sample
+from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.senders import Publication
 
 SIZES = (10, 3000, 70_000, 200_000, 1_000_000)
