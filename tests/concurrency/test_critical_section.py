@@ -12,7 +12,7 @@ from helpers.patience import PATIENCE
 from helpers.zenoh_protocol import pair
 
 from goalwire.concurrency.critical_section import CriticalSection
-from goalwire.zenoh.protocol.senders import Publication
+from goalwire.zenoh.protocol.publication import Publication
 
 
 def is_free(section: CriticalSection) -> bool:

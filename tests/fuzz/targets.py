@@ -81,7 +81,8 @@ from goalwire.zenoh.protocol.link_state import Node, tell_of
 from goalwire.zenoh.protocol.network import Target as QueryTarget
 from goalwire.zenoh.protocol.network import push_head, response_final, wire_key
 from goalwire.zenoh.protocol.primitives import encode_timestamp
-from goalwire.zenoh.protocol.senders import Publication, Querier
+from goalwire.zenoh.protocol.publication import Publication
+from goalwire.zenoh.protocol.querier import Querier
 
 Errors = type[Exception] | tuple[type[Exception], ...]
 

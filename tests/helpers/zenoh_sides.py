@@ -21,7 +21,8 @@ from goalwire.zenoh.protocol.bodies import Consolidation, Sample
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.network import ReplyError, Target
-from goalwire.zenoh.protocol.senders import Publication, Querier
+from goalwire.zenoh.protocol.publication import Publication
+from goalwire.zenoh.protocol.querier import Querier
 
 TLS_NAMES = (
     'root_ca_certificate',

@@ -42,7 +42,7 @@ from goalwire.zenoh.protocol.link_messages import Role  # noqa: E402
 from goalwire.zenoh.protocol.link_state import Node, tell_of  # noqa: E402
 from goalwire.zenoh.protocol.network import BLOCK, DEFAULT_QOS, Target, push_head, wire_key  # noqa: E402
 from goalwire.zenoh.protocol.primitives import SourceInfo, encode_source, read_id  # noqa: E402
-from goalwire.zenoh.protocol.senders import Querier  # noqa: E402
+from goalwire.zenoh.protocol.querier import Querier  # noqa: E402
 
 FORGED = b'\0\1\0\0\7\0\0\0forged\0'
 """A std_msgs/msg/String, in CDR."""

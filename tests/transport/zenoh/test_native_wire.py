@@ -18,7 +18,7 @@ from goalwire.zenoh.protocol.channels import Buffer
 from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.network import Target
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
-from goalwire.zenoh.protocol.senders import Querier
+from goalwire.zenoh.protocol.querier import Querier
 
 MEGABYTE = 1 << 20
 

@@ -34,8 +34,9 @@ from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import Settings
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import ReplyError, Target
+from goalwire.zenoh.protocol.publication import Publication
+from goalwire.zenoh.protocol.querier import Querier
 from goalwire.zenoh.protocol.queries import Answer
-from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 
 EVERYONE = '[everyone]\npublish = ["/marker"]\nsubscribe = ["/open"]\n'

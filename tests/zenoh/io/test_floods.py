@@ -10,7 +10,7 @@ from helpers.patience import PATIENCE, wait_for
 from helpers.zenoh_sides import Ours, Side, Theirs, address
 
 from goalwire.zenoh.io.socket_link import READ_SIZE, SocketLink
-from goalwire.zenoh.protocol.senders import FLOOD
+from goalwire.zenoh.protocol.publication import FLOOD
 
 COUNT = 5 * FLOOD
 

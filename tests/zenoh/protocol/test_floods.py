@@ -15,7 +15,7 @@ from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.outgoing import HELD_SIZE
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError, decode_timestamp, ntp64
-from goalwire.zenoh.protocol.senders import FLOOD, SMALL, Publication
+from goalwire.zenoh.protocol.publication import FLOOD, SMALL, Publication
 from goalwire.zenoh.protocol.stamps import PAUSE_NS, Stamps
 
 ATTACHMENT = bytes(33)

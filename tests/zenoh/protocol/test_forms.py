@@ -13,8 +13,8 @@ from goalwire.zenoh.protocol.frames import ClosedByPeerError
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import Target
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
+from goalwire.zenoh.protocol.querier import Querier
 from goalwire.zenoh.protocol.queries import Answer
-from goalwire.zenoh.protocol.senders import Querier
 
 KEY = '0/add/T/H'
 ATTACHMENT = bytes(33)

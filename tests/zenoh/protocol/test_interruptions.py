@@ -13,8 +13,9 @@ from helpers.zenoh_protocol import Session, pair
 from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.primitives import decode_z
+from goalwire.zenoh.protocol.publication import FLOOD, Publication
+from goalwire.zenoh.protocol.querier import Querier
 from goalwire.zenoh.protocol.queries import Answer
-from goalwire.zenoh.protocol.senders import FLOOD, Publication, Querier
 from goalwire.zenoh.protocol.stamps import Stamps
 
 

@@ -22,7 +22,7 @@ from goalwire.zenoh.protocol.primitives import (
     encode_text,
     encode_z,
 )
-from goalwire.zenoh.protocol.senders import Publication
+from goalwire.zenoh.protocol.publication import Publication
 
 
 class Receiver:

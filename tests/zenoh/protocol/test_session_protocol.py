@@ -14,8 +14,9 @@ from goalwire.zenoh.protocol.link_messages import Role
 from goalwire.zenoh.protocol.link_state import LinkStates, Node, connects_to, tell_of
 from goalwire.zenoh.protocol.network import ReplyError, Target
 from goalwire.zenoh.protocol.primitives import Reader
+from goalwire.zenoh.protocol.publication import Publication
+from goalwire.zenoh.protocol.querier import Querier
 from goalwire.zenoh.protocol.queries import TIMEOUT
-from goalwire.zenoh.protocol.senders import Publication, Querier
 
 
 class Heard:

@@ -11,7 +11,7 @@ from goalwire.transport.zenoh.link_guard import LinkGuard
 from goalwire.transport.zenoh.policy_questions import CERTIFICATE
 from goalwire.zenoh.io.identities import PeerCertificate
 from goalwire.zenoh.protocol.primitives import show_id
-from goalwire.zenoh.protocol.senders import Publication
+from goalwire.zenoh.protocol.publication import Publication
 
 if TYPE_CHECKING:
     from goalwire.zenoh.io.native_session import NativeSession

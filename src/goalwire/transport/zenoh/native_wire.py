@@ -25,8 +25,9 @@ from goalwire.zenoh.protocol.primitives import (
     encode_source,
     show_id,
 )
+from goalwire.zenoh.protocol.publication import Publication
+from goalwire.zenoh.protocol.querier import Querier
 from goalwire.zenoh.protocol.queries import ANY_KEY
-from goalwire.zenoh.protocol.senders import Publication, Querier
 from goalwire.zenoh.protocol.session_protocol import SessionProtocol
 from goalwire.zenoh.protocol.shared_memory import Loan
 

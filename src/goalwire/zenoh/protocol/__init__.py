@@ -3,7 +3,7 @@
 Nothing here opens a socket, starts a thread or reads a clock. A session (`session_protocol.SessionProtocol`)
 has links (`link.Link`). The owner of the sockets hands each link the bytes that were read. The links call it
 to write (`outgoing.Connection`), the session to connect and to close (`session_protocol.SessionOwner`). Users
-declare entities at the session, and send by a publication or querier (`senders`).
+declare entities at the session, and send by a publication (`publication`) or a querier (`querier`).
 
 The parts of messages:
 
@@ -43,7 +43,8 @@ One session:
     router_interests  the entities that a session asks routers for
     gossip            the nodes that routers have announced
     stamps            timestamps, each later than every earlier one
-    senders           publications and queriers, each for one key
+    publication       publications, each for one key
+    querier           queriers, each for one key
     session_protocol  the session itself: keeps its own and its peers' declarations in step
 
 A router for one machine:

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 from goalwire.zenoh.protocol.declarations import Kind, declare_expression, take_back
 from goalwire.zenoh.protocol.link import Link
 from goalwire.zenoh.protocol.network import WireKey, wire_key
 
 MOST = 65535
 """The highest number. If all numbers are in use, further keys travel in full."""
+
+Namer: TypeAlias = Callable[[Link, str], WireKey]
+"""Returns the name of a key on a link."""
+
+
+def name_in_full(_link: Link, key: str) -> WireKey:
+    """Name a key in full: for calls that interrupt their own thread in a change of the session's tables."""
+    return wire_key(key)
 
 
 class Expressions:
@@ -50,6 +61,13 @@ class Expressions:
                     link.peer.told.discard(number)
                     # Queued messages may still name the number, so it is undeclared after them.
                     link.outgoing.retire_expression(take_back(Kind.EXPRESSION, number))
+
+    def declare(self, link: Link, key: str) -> WireKey:
+        """Return the shortest name of a key on a link. A new number is declared to the link first."""
+        out: list[bytes] = []
+        name = self.name(link, key, out)
+        link.outgoing.declare(*out)
+        return name
 
     def name(self, link: Link, key: str, out: list[bytes]) -> WireKey:
         """Return the name of a key on a link; `out` gets the declarations that must be sent first."""

@@ -24,7 +24,7 @@ from goalwire.zenoh.io.settings import MemorySettings
 from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, sweep
 from goalwire.zenoh.protocol.bodies import Sample
-from goalwire.zenoh.protocol.senders import Publication
+from goalwire.zenoh.protocol.publication import Publication
 
 PROGRAM = Path(__file__).parent / 'programs' / 'own_side.py'
 KEY = 'test/shared'

@@ -14,7 +14,7 @@ from helpers.zenoh_sides import Ours, Side, address
 from goalwire.errors import EncodeError
 from goalwire.payload_parts import Parts
 from goalwire.zenoh.io.settings import MemorySettings
-from goalwire.zenoh.protocol.senders import Publication
+from goalwire.zenoh.protocol.publication import Publication
 
 OFF = MemorySettings()
 SIZES = (10, 1024, 5000, 65_535, 65_536, 300_000, 1_000_000)

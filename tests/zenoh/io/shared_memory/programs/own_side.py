@@ -13,7 +13,7 @@ from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import MemorySettings, Settings
 from goalwire.zenoh.protocol.bodies import Sample
-from goalwire.zenoh.protocol.senders import Publication
+from goalwire.zenoh.protocol.publication import Publication
 
 SIZES = (10, 3000, 70_000, 200_000, 1_000_000)
 MEMORY = MemorySettings(with_own=True, least=1024, pool_size=16 << 20)
