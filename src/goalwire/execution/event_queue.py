@@ -1,4 +1,4 @@
-"""Two sources of callbacks: the event queue of a subscription, service or client, and the guard condition."""
+"""Sources of callbacks: the event queue of a subscription, service or client, the guard condition, a call."""
 
 from __future__ import annotations
 
@@ -262,3 +262,18 @@ class GuardCondition(CallbackSource):
         if self._destroyed or self.callback is None:
             return None
         return self.callback()
+
+
+class CallSoon(CallbackSource):
+    """A function to be called once on a thread of the executor, in no callback group. Posting this object
+    requests the call.
+    """
+
+    __slots__ = ('_call',)
+
+    def __init__(self, work_queue: NodeWorkQueue, call: Callable[[], object]) -> None:
+        super().__init__(work_queue, None)
+        self._call = call
+
+    def run(self) -> None:
+        self._call()

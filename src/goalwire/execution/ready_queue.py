@@ -61,21 +61,6 @@ class CallbackSource:
     """
 
 
-class CallSoon(CallbackSource):
-    """A function to be called once on a thread of the executor, in no callback group. Posting this object
-    requests the call.
-    """
-
-    __slots__ = ('_call',)
-
-    def __init__(self, work_queue: NodeWorkQueue, call: Callable[[], object]) -> None:
-        super().__init__(work_queue, None)
-        self._call = call
-
-    def run(self) -> None:
-        self._call()
-
-
 class CallbackGroup:
     """A group of entities. Its rule says which of their callbacks may run at the same time."""
 

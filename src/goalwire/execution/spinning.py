@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.current_callback import held_groups
+from goalwire.execution.event_queue import CallSoon
 from goalwire.execution.future import Future
-from goalwire.execution.ready_queue import CallSoon
 from goalwire.execution.waiting import StopCondition
 
 if TYPE_CHECKING:

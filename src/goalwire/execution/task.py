@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
+from goalwire.execution.event_queue import CallSoon
 from goalwire.execution.future import FINISHED, Future, MakesTasks
-from goalwire.execution.ready_queue import CallbackSource, CallSoon
+from goalwire.execution.ready_queue import CallbackSource
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

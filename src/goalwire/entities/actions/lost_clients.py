@@ -12,7 +12,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from goalwire.execution.clock import ClockTimerEntry
-from goalwire.execution.ready_queue import CallSoon
+from goalwire.execution.event_queue import CallSoon
 from goalwire.execution.weak_methods import weakly
 from goalwire.transport.contract import EndpointKind
 

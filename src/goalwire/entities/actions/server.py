@@ -35,8 +35,7 @@ from goalwire.errors import (
 )
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.clock import ClockTimerEntry
-from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.ready_queue import CallSoon
+from goalwire.execution.event_queue import CallSoon, EventQueue
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
