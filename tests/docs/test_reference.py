@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from pkgutil import walk_packages
 
+import pytest
 import tf2_ros
 from helpers.markdown import DOCS, rows
 
@@ -33,9 +34,8 @@ INTERNAL = {
 }
 TF2 = (TransformException, TypeException, NotImplementedException)
 
-TREE = {
-    name for name, value in vars(errors).items() if inspect.isclass(value) and issubclass(value, Exception)
-}
+ERRORS = {name: getattr(errors, name) for name in errors.__all__}
+TREE = {name for name, value in ERRORS.items() if inspect.isclass(value) and issubclass(value, Exception)}
 
 
 def _strings(module: Module) -> Iterator[str]:
@@ -74,15 +74,29 @@ def test_the_table_of_errors_is_the_tree_of_the_code() -> None:
     assert on_page == in_code
 
 
-def test_every_public_error_is_defined_in_one_module() -> None:
+def test_every_public_error_is_defined_in_one_folder() -> None:
     elsewhere = {
         f'{module.name}: {node.name}'
         for module in modules()
         for node in ast.walk(module.tree)
-        if isinstance(node, ast.ClassDef) and node.name not in INTERNAL and module.path.name != 'errors.py'
+        if isinstance(node, ast.ClassDef)
+        and node.name not in INTERNAL
+        and module.path.parent.name != 'errors'
         if {base.id for base in node.bases if isinstance(base, ast.Name)} & set(TREE)
     }
     assert not elsewhere
+
+
+def test_every_error_says_where_programs_import_it_from() -> None:
+    named = {error.__module__ for name, error in ERRORS.items() if name in TREE}
+    assert named == {'goalwire.errors', 'tf2_py'}
+    assert set(dir(errors)) >= TREE
+    assert pickle.loads(pickle.dumps(errors.MissionFailed('late'))).args == ('late',)
+
+
+def test_an_unknown_error_is_a_missing_attribute() -> None:
+    with pytest.raises(AttributeError, match=r"'goalwire\.errors' has no attribute 'NoSuchError'"):
+        getattr(errors, 'NoSuchError')  # noqa: B009 - a type checker refuses the plain form
 
 
 def test_tf2s_timeout_keeps_its_name_and_can_be_sent_to_another_process() -> None:

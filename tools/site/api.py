@@ -43,11 +43,8 @@ def write_api(folder: Path) -> None:
 def public_names(module: str) -> list[str]:
     """Return the public names of a module, in the order of the alphabet."""
     if module == 'goalwire.errors':
-        return sorted(
-            name
-            for name, value in vars(errors).items()
-            if inspect.isclass(value) and value.__module__ == module and not name.startswith('_')
-        )
+        found = {name: getattr(errors, name) for name in errors.__all__}
+        return [name for name, value in found.items() if getattr(value, '__module__', '') == module]
     loaded = importlib.import_module(module)
     names: list[str] = getattr(loaded, '__all__', None) or dir(loaded)
     values = {name: getattr(loaded, name) for name in names if not name.startswith('_')}

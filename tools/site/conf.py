@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import inspect
 import re
+from pathlib import Path
 from typing import Any
 
+from sphinx.pycode import ModuleAnalyzer
 from sphinx.search.en import SearchEnglish
 
 import goalwire
 from goalwire import errors
+from tools.site.api import public_names
 
 project = 'goalwire'
 author = 'goalwire developers'
@@ -41,11 +43,7 @@ why without work works would you your
 """
 SearchEnglish.stopwords = SearchEnglish.stopwords | set(_SAY_NOTHING.split())
 
-ERRORS = {
-    name
-    for name, value in vars(errors).items()
-    if inspect.isclass(value) and issubclass(value, Exception) and value.__module__ == errors.__name__
-}
+ERRORS = {name for name in public_names('goalwire.errors') if name[0].isupper()}
 _NAME = re.compile(r'(?<![`\w.])(?:goalwire\.)?([A-Z]\w+)(?![`\w])')
 
 
@@ -57,6 +55,14 @@ def link_errors(_app: Any, _what: str, _name: str, _object: Any, _options: Any, 
         )
 
 
+def read_errors() -> None:
+    """Have autodoc find the attributes of errors, which name the package as their module, in its files."""
+    files = sorted(Path(errors.__file__).parent.glob('*.py'))
+    source = '\n'.join(file.read_text(encoding='utf-8') for file in files)
+    ModuleAnalyzer.cache['module', errors.__name__] = ModuleAnalyzer.for_string(source, errors.__name__)
+
+
 def setup(app: Any) -> None:
     """Sphinx calls this."""
+    read_errors()
     app.connect('autodoc-process-docstring', link_errors)
