@@ -6,7 +6,6 @@ import atexit
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Mapping
 from contextlib import ExitStack
 from functools import cache
@@ -68,32 +67,35 @@ class Stage:
         return self._enter(Program(source, *arguments, env=self.env, server=_server()))
 
     def command(self, line: str) -> str:
-        """Run a command line of ros2 in a shell, as a user would; return what it writes."""
-        done = subprocess.run(
-            ['sh', '-c', line.replace('ros2', f'{sys.executable} -m goalwire', 1)],
-            env=self.env,
+        """Run a command line of ros2, taken apart by a shell as a user's is; return what it writes."""
+        words = subprocess.run(
+            ['sh', '-c', line.replace('ros2', r"printf '%s\0'", 1)],
             capture_output=True,
             text=True,
-            timeout=BROWSER,
-            check=False,
+            check=True,
         )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        arguments = words.stdout.split('\0')[:-1]
+        with Program(CONSOLE, *arguments, env=self.env, server=_server()) as ran:
+            return ran.succeed(BROWSER)
 
     def console(
-        self, *arguments: str, waits: Mapping[str, float] | None = None, first: str = ''
+        self,
+        *arguments: str,
+        waits: Mapping[str, float] | None = None,
+        first: str = '',
+        anew: bool = False,
     ) -> tuple[Program, str]:
         """Start a console on a free port; return it and its address.
 
         `waits`: seconds in place of its own, as in {'server.HEAD_S': 0.5}. `first`: what its process runs
-        before it imports anything.
+        first; `anew`: before it imports anything.
         """
         hurry = f'waits = {WAITS | dict(waits or {})}\n{HURRY}'
         words = ('console', '--no-open', '--json', '--port', '0', *arguments)
-        if first:
+        if anew:
             console = self._enter(Program(first + CONSOLE, *words, env=self.env))
         else:
-            console = self.program(hurry + CONSOLE, *words)
+            console = self.program(hurry + first + CONSOLE, *words)
         url = json.loads(console.expect(r'^\{.*\}$', BROWSER)[0])['url']
         return console, url
 
