@@ -70,7 +70,7 @@ def world_of(window: Any) -> Iterator[World]:
         page = window.new_page()
         page.set_viewport_size({'width': 1440, 'height': 800})
         page.on('pageerror', lambda error: errors.append(str(error)))
-        page.goto(f'{url}?view=robot')
+        page.goto(f'{url}?view=services')
         until(page, "() => document.querySelectorAll('[data-estop-all]').length === 1")
         yield World(stage, alice, bob, console, url, page)
         page.close()
@@ -95,13 +95,16 @@ def own_world(window: Any) -> Iterator[World]:
 
 @pytest.fixture
 def page(world: World) -> Any:
-    """The page that they share, at its first view and width, with alice selected and nothing open."""
+    """The page that they share, at its first view and width, with alice selected and nothing open.
+
+    That view has no scene: to draw one costs more than all else that most of these tests do.
+    """
     page = world.page
     page.set_viewport_size({'width': 1440, 'height': 800})
     page.keyboard.press('Escape')
     page.keyboard.press('Escape')
     select(page, '/alice')
-    view(page, 'robot')
+    view(page, 'services')
     return page
 
 
@@ -145,6 +148,7 @@ def open_release(page: Any) -> None:
 
 def test_a_killed_server_takes_stop_away_and_no_other_robot_takes_its_place(own_world: World) -> None:
     world, page = own_world, own_world.page
+    view(page, 'robot')
     select(page, '/alice')
     world.alice.kill()
     page.wait_for_selector('[data-no-estop]:has-text("cannot be stopped from here")')
@@ -335,8 +339,9 @@ def test_the_banner_says_what_the_robot_says_and_release_asks_once(world: World,
 
 
 def test_everything_belongs_to_the_selected_robot(world: World, page: Any) -> None:
+    view(page, 'robot')
     until(page, "() => document.querySelector('[data-battery]').textContent === 'battery 62 %'")
-    until(page, '() => goalwireScene.poses().base_link?.[0] === 1')
+    until(page, '() => window.goalwireScene?.poses?.().base_link?.[0] === 1')
     select(page, '/bob')
     until(page, "() => document.querySelector('[data-battery]').textContent === 'battery 31 %'")
     until(page, '() => goalwireScene.poses().base_link?.[0] === 3')
