@@ -241,7 +241,9 @@ def test_a_service_receives_what_was_filled_in(stage: Stage, open_page: OpenPage
     assert heard(server, 'service') == other
 
 
+@pytest.mark.long
 def test_a_copied_command_sends_the_time_at_which_it_runs(stage: Stage, open_page: OpenPage) -> None:
+    """In each run test_logic.py reads such commands, and test_page.py runs copied ones."""
     server, page = begin(stage, open_page, 'services', '/fill')
     began = 0
 

@@ -50,6 +50,7 @@ def where(page: Any) -> list[int]:
     return [int(min(across)), int(min(down)), int(max(across)), int(max(down))]
 
 
+@pytest.mark.long
 def test_the_readmes_picture_shows_the_robot(stage: Stage, chromium: Any, tmp_path: Path) -> None:
     stage.env = robot_env('rmw_zenoh_cpp') | {'BROWSER': 'true'}
     file = (screenshots() or tmp_path) / 'humanoid.png'

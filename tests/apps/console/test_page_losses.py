@@ -38,8 +38,9 @@ def router(stage: Stage) -> Program:
     return started
 
 
+@pytest.mark.long
 def test_a_router_that_is_killed_is_missed_until_it_is_back(stage: Stage, open_page: OpenPage) -> None:
-    """Clients reach each other through the router alone."""
+    """Clients reach each other through the router alone. In each run test_page.py loses a robot."""
     stage.env['GOALWIRE_ROUTER'] = 'off'
     first = router(stage)
     routers = stage.env
@@ -70,6 +71,7 @@ def test_a_router_that_is_killed_is_missed_until_it_is_back(stage: Stage, open_p
     robot.expect('stopped')
 
 
+@pytest.mark.long
 def test_peers_lose_nothing_with_the_router_but_those_who_come(stage: Stage, open_page: OpenPage) -> None:
     """Peers are joined by links of their own."""
     stage.env |= {'GOALWIRE_ROUTER': 'off'}

@@ -193,9 +193,11 @@ def test_who_may_see_little_sees_little_and_cannot_stop(sign_in: SignedIn, keyst
     assert 'stop = false' in answer
 
 
+@pytest.mark.long
 def test_missions_go_on_by_those_whom_the_policy_allows_it_and_others_can_stop_them(
     sign_in: SignedIn, keystore: Keystore, carrier: Program
 ) -> None:
+    """In each run test_mission_journal.py has all that people may say to a mission, without a browser."""
     # Ben may not even stop: all his buttons are disabled, and say why.
     page = sign_in('ben')
     view(page, 'missions')

@@ -94,9 +94,11 @@ def test_all_browsers_have_one_recording_which_outlives_their_pages(
         assert set(bag.counts) == {'/joint_states', '/tf'}
 
 
+@pytest.mark.long
 def test_a_full_disk_is_told_and_the_next_recording_begins(
     stage: Stage, open_page: OpenPage, tmp_path: Path
 ) -> None:
+    """In each run tests/apps/bag/test_recorder.py and tests/rosbag2/test_bags.py have a full disk."""
     stage.robot()
     _, url = stage.console('--record-to', str(tmp_path), first=LITTLE_ROOM)
     page = open_page(url)
