@@ -297,13 +297,15 @@ def test_what_peers_write_stays_text_and_mismatches_are_red(stage: Stage, open_p
     page.wait_for_selector('tr.bad:has-text("/whisper"):has-text("best effort, keep 10")')
     page.wait_for_selector('td:has-text("<img/src=x/onerror=window.hacked=1>")')
     picture(page, 'graph')
-    # All of the drawing is within its card.
+    # All of the drawing is within its card, and no symbol is stretched.
     spots = """() => {
       const chart = getElement(document.querySelector('[data-chart]').id.slice(1)).chart;
-      const series = chart.getModel().getSeriesByIndex(0);
-      return [...Array(series.getData().count()).keys()].map(at => {
-        const [x, y] = series.coordinateSystem.dataToPoint(series.getData().getItemLayout(at));
-        return x >= 0 && y >= 0 && x <= chart.getWidth() && y <= chart.getHeight(); }); }"""
+      const data = chart.getModel().getSeriesByIndex(0).getData();
+      return [...Array(data.count()).keys()].map(at => {
+        const [wide, , , high, x, y] = data.getItemGraphicEl(at).childAt(0).getComputedTransform();
+        const isWithin = x >= 0 && y >= 0 && x <= chart.getWidth() && y <= chart.getHeight();
+        return isWithin && Math.abs(wide - high) < 0.01;
+      }); }"""
     found = page.evaluate(spots)
     assert len(found) > 15
     assert all(found)
@@ -328,6 +330,18 @@ def test_what_peers_write_stays_text_and_mismatches_are_red(stage: Stage, open_p
     page.fill('[data-filter]', 'HALF of')
     page.wait_for_selector(script, state='detached')
     page.wait_for_selector(wrong)
+
+    # On a phone a message lies within the page, and STOP covers nothing of the bar.
+    page.set_viewport_size({'width': 390, 'height': 800})
+    picture(page, 'logs-phone')
+    is_whole = """told => {
+      const box = document.querySelector(told).getBoundingClientRect();
+      const corners = [[box.left + 2, box.top + 2], [box.right - 2, box.top + 2]];
+      const isSeen = ([x, y]) => document.elementFromPoint(x, y)?.closest('.gw-shell');
+      return box.width > 9 && corners.every(isSeen); }"""
+    for whole in ('.gw-log-lines td.wrap', '[data-nodes]', '.gw-top .q-btn'):
+        until(page, is_whole, whole)
+    page.set_viewport_size({'width': 1100, 'height': 700})
     view(page, 'topics')
     row(page, '/texts')
     page.wait_for_selector('.gw-tree:has-text("javascript:window.hacked=1")')

@@ -173,7 +173,7 @@ class GraphViewPage(View):
         if drawn:
             self._places = arrange(list(points), links, self._places)
             for name, point in points.items():
-                point['x'], point['y'] = self._places[name]
+                point['value'] = self._places[name]
             options = graph_options(list(points.values()), list(links.values()), dark=self.page.is_dark)
             self._chart.options.clear()
             self._chart.options.update(options)

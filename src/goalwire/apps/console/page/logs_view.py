@@ -63,7 +63,7 @@ class LogsView(View):
                 self._pause = ui.button('Pause', icon='pause', on_click=self._toggle).props(
                     'flat dense no-caps'
                 )
-            self._table = LiveTable(COLUMNS, empty='No line has come yet.')
+            self._table = LiveTable(COLUMNS, empty='No line has come yet.').classes('gw-log-lines')
 
     def _set_level(self, event: Any) -> None:
         self._level = int(event.value)
