@@ -8,13 +8,14 @@ from typing import Any, Protocol
 
 from geometry_msgs.msg import PoseStamped
 from humanoid_interfaces.action import MoveToPosition
-from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
+from nav2_msgs.action import FollowWaypoints, NavigateThroughPoses, NavigateToPose
+from nav2_msgs.msg import MissedWaypoint
 
 from humanoid.clock import duration_msg
 from humanoid.goal_endings import Ending
 from humanoid.navigation.goal_check import LONGEST
 from humanoid.route.errand import Failure
-from humanoid.route.goals import MAP, Refused
+from humanoid.route.goals import MAP, MOST_POSES, Refused
 from humanoid.route.messages import CODES
 
 
@@ -36,6 +37,7 @@ class Manner(Protocol):
     name: str
     type_: Any
     default_frame: str
+    stops_at_each: bool  # False: it passes all poses but the last one by
 
     def poses(self, request: Any) -> Sequence[PoseStamped]:
         """Return the poses to drive through."""
@@ -43,15 +45,16 @@ class Manner(Protocol):
     def time_allowed(self, request: Any) -> float:
         """Return how many s the drive may take. Raises Refused."""
 
-    def feedback(self, progress: Progress) -> Any: ...
+    def feedback(self, request: Any, progress: Progress) -> Any: ...
 
-    def result(self, progress: Progress, ending: Ending, failure: Failure) -> Any: ...
+    def result(self, request: Any, progress: Progress, ending: Ending, failure: Failure) -> Any: ...
 
 
 class MoveManner:
     """The action MoveToPosition. A goal without a frame is in `odom`, as if there were no map."""
 
     name, type_, default_frame = 'move_to_position', MoveToPosition, 'odom'
+    stops_at_each = False
 
     def poses(self, request: MoveToPosition.Goal) -> Sequence[PoseStamped]:
         return [request.target_pose]
@@ -61,12 +64,14 @@ class MoveManner:
             raise Refused(f'timeout {request.timeout} s is not a time of more than 0, up to {LONGEST:g} s')
         return request.timeout
 
-    def feedback(self, progress: Progress) -> MoveToPosition.Feedback:
+    def feedback(self, _request: MoveToPosition.Goal, progress: Progress) -> MoveToPosition.Feedback:
         return MoveToPosition.Feedback(
             current_pose=progress.pose, elapsed_time=progress.elapsed, distance_remaining=progress.left
         )
 
-    def result(self, progress: Progress, ending: Ending, _failure: Failure) -> MoveToPosition.Result:
+    def result(
+        self, _request: MoveToPosition.Goal, progress: Progress, ending: Ending, _failure: Failure
+    ) -> MoveToPosition.Result:
         return MoveToPosition.Result(final_pose=progress.pose, success=ending.success, message=ending.message)
 
 
@@ -74,6 +79,7 @@ class NavigateManner:
     """Nav2's action NavigateToPose, with one pose as its goal."""
 
     name, type_, default_frame = 'navigate_to_pose', NavigateToPose, MAP
+    stops_at_each = False
 
     def poses(self, request: NavigateToPose.Goal) -> Sequence[PoseStamped]:
         return [request.pose]
@@ -81,10 +87,12 @@ class NavigateManner:
     def time_allowed(self, _request: NavigateToPose.Goal) -> float:
         return LONGEST
 
-    def feedback(self, progress: Progress) -> NavigateToPose.Feedback:
+    def feedback(self, _request: NavigateToPose.Goal, progress: Progress) -> NavigateToPose.Feedback:
         return NavigateToPose.Feedback(**_nav2_feedback(progress))
 
-    def result(self, _progress: Progress, ending: Ending, failure: Failure) -> NavigateToPose.Result:
+    def result(
+        self, _request: NavigateToPose.Goal, _progress: Progress, ending: Ending, failure: Failure
+    ) -> NavigateToPose.Result:
         message = '' if ending.success else ending.message
         return NavigateToPose.Result(error_code=CODES[failure], error_msg=message)
 
@@ -93,6 +101,7 @@ class ThroughManner:
     """Nav2's action NavigateThroughPoses, with several poses as its goal."""
 
     name, type_, default_frame = 'navigate_through_poses', NavigateThroughPoses, MAP
+    stops_at_each = False
 
     def poses(self, request: NavigateThroughPoses.Goal) -> Sequence[PoseStamped]:
         return list(request.poses)
@@ -100,14 +109,58 @@ class ThroughManner:
     def time_allowed(self, _request: NavigateThroughPoses.Goal) -> float:
         return LONGEST
 
-    def feedback(self, progress: Progress) -> NavigateThroughPoses.Feedback:
+    def feedback(
+        self, _request: NavigateThroughPoses.Goal, progress: Progress
+    ) -> NavigateThroughPoses.Feedback:
         return NavigateThroughPoses.Feedback(
             number_of_poses_remaining=progress.poses_left, **_nav2_feedback(progress)
         )
 
-    def result(self, _progress: Progress, ending: Ending, failure: Failure) -> NavigateThroughPoses.Result:
+    def result(
+        self, _request: NavigateThroughPoses.Goal, _progress: Progress, ending: Ending, failure: Failure
+    ) -> NavigateThroughPoses.Result:
         message = '' if ending.success else ending.message
         return NavigateThroughPoses.Result(error_code=CODES[failure], error_msg=message)
+
+
+class WaypointsManner:
+    """Nav2's action FollowWaypoints: the robot stops at each pose, in each of the loops.
+
+    No task is done at a waypoint, and the first one that cannot be reached ends the goal.
+    """
+
+    name, type_, default_frame = 'follow_waypoints', FollowWaypoints, MAP
+    stops_at_each = True
+
+    def poses(self, request: FollowWaypoints.Goal) -> Sequence[PoseStamped]:
+        poses, start, loops = list(request.poses), request.goal_index, request.number_of_loops
+        if start >= len(poses):
+            raise Refused(f'goal_index {start} is not the number of one of {len(poses)} poses')
+        if len(poses) * (loops + 1) > MOST_POSES:
+            raise Refused(f'{len(poses)} poses {loops + 1} times are more than {MOST_POSES}')
+        return poses[start:] + poses * loops
+
+    def time_allowed(self, _request: FollowWaypoints.Goal) -> float:
+        return LONGEST
+
+    def feedback(self, request: FollowWaypoints.Goal, progress: Progress) -> FollowWaypoints.Feedback:
+        return FollowWaypoints.Feedback(current_waypoint=_waypoint(request, progress))
+
+    def result(
+        self, request: FollowWaypoints.Goal, progress: Progress, ending: Ending, failure: Failure
+    ) -> FollowWaypoints.Result:
+        result = FollowWaypoints.Result()
+        if not ending.success:
+            at = _waypoint(request, progress)
+            missed = MissedWaypoint(index=at, goal=request.poses[at], error_code=CODES[failure])
+            result.missed_waypoints = [missed]
+            result.error_code, result.error_msg = FollowWaypoints.Result.UNKNOWN, ending.message
+        return result
+
+
+def _waypoint(request: FollowWaypoints.Goal, progress: Progress) -> int:
+    """Return the number of the waypoint that the robot goes to."""
+    return -progress.poses_left % len(request.poses)
 
 
 def _nav2_feedback(progress: Progress) -> dict[str, Any]:
@@ -120,4 +173,4 @@ def _nav2_feedback(progress: Progress) -> dict[str, Any]:
     }
 
 
-MANNERS: Sequence[Manner] = (MoveManner(), NavigateManner(), ThroughManner())
+MANNERS: Sequence[Manner] = (MoveManner(), NavigateManner(), ThroughManner(), WaypointsManner())

@@ -39,10 +39,14 @@ class Failure(Enum):
 
 
 class Errand:
-    """One drive through `targets`, given in the map's frame. All times are in s of the same clock."""
+    """One drive through `targets`, given in the map's frame. All times are in s of the same clock.
 
-    def __init__(self, targets: Sequence[Pose2D], now: float) -> None:
+    If it `stops_at_each`, it arrives at each target as at the last one; otherwise it passes the others by.
+    """
+
+    def __init__(self, targets: Sequence[Pose2D], now: float, *, stops_at_each: bool = False) -> None:
         self.targets = list(targets)
+        self.stops_at_each = stops_at_each
         self.began = now
         self.path: Array | None = None
         self.recoveries = 0
@@ -68,9 +72,9 @@ class Errand:
                 self._give_up(Failure.LOST, 'The robot does not know where it is: no transform from the map')
             return STANDING
         self._seen_at = now
-        while len(self.targets) > 1 and _apart(pose, self.targets[0]) <= PASSED_WITHIN:
+        while len(self.targets) > 1 and self._is_done_with(self.targets[0], pose):
             del self.targets[0]
-            self._planned_at = -math.inf
+            self.path, self._planned_at = (None if self.stops_at_each else self.path), -math.inf
         if len(self.targets) == 1 and follower.has_arrived(pose, self.targets[0]):
             self.left = 0.0
             self.ending = Ending(End.SUCCEEDED, 'Navigation completed successfully')
@@ -81,11 +85,18 @@ class Errand:
         if now < self._recovers_until:
             return follower.backwards(costmap, pose, BACKS_UP_AT) if self._backs_up else STANDING
         try:
-            wish = follower.velocity(costmap, self.path, pose, self.targets[0], stops=len(self.targets) == 1)
+            stops = self.stops_at_each or len(self.targets) == 1
+            wish = follower.velocity(costmap, self.path, pose, self.targets[0], stops=stops)
         except follower.Blocked:
             wish = STANDING
         self._watch_progress(pose, now)
         return STANDING if self.ending else wish
+
+    def _is_done_with(self, target: Pose2D, pose: Pose2D) -> bool:
+        """Return True if the next target is the one after `target`."""
+        if self.stops_at_each:
+            return follower.has_arrived(pose, target)
+        return _apart(pose, target) <= PASSED_WITHIN
 
     def _has_way(self, costmap: Costmap, pose: Pose2D, now: float) -> bool:
         """Plan a path if one is due; return False while there is no path."""

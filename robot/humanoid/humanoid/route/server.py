@@ -186,7 +186,8 @@ class Navigator(Node):
         )
         self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
         with or_abort(self, self._end):
-            drive.errand = Errand(self._targets(manner, request), moment)
+            targets = self._targets(manner, request)
+            drive.errand = Errand(targets, moment, stops_at_each=manner.stops_at_each)
             end = drive.errand.targets[-1]
             self.get_logger().info(f'Goal accepted: ({end.x:.2f}, {end.y:.2f}) m on the map')
         # A stop or a fall may have happened between the goal's acceptance and its start.
@@ -202,7 +203,8 @@ class Navigator(Node):
 
     async def _execute(self, goal_handle: ServerGoalHandle) -> Any:
         drive, ending = await carry_out(self, goal_handle, self._drives)
-        return drive.manner.result(drive.last or self._progress(drive), ending, drive.errand.failure)
+        progress = drive.last or self._progress(drive)
+        return drive.manner.result(goal_handle.request, progress, ending, drive.errand.failure)
 
     def _tick(self) -> None:
         if not self._servers:
@@ -227,7 +229,8 @@ class Navigator(Node):
         if moment >= drive.next_feedback:
             drive.next_feedback += FEEDBACK_EVERY
             if errand.path is not None:  # before the first plan the distance is unknown
-                drive.goal.publish_feedback(drive.manner.feedback(self._progress(drive)))
+                feedback = drive.manner.feedback(drive.goal.request, self._progress(drive))
+                drive.goal.publish_feedback(feedback)
         if errand.ending is not None:
             self._end(errand.ending)
         elif elapsed >= drive.allowed:

@@ -34,10 +34,15 @@ class Stage:
         self._chance = np.random.default_rng(3)
 
     def drive(
-        self, targets: Sequence[Pose2D], limit: float = 120.0, meanwhile: Callable[[], None] = lambda: None
+        self,
+        targets: Sequence[Pose2D],
+        limit: float = 120.0,
+        meanwhile: Callable[[], None] = lambda: None,
+        *,
+        stops_at_each: bool = False,
     ) -> Errand:
         """Until the errand ends; at most `limit` s."""
-        errand, ticks = Errand(targets, self.now), 0
+        errand, ticks = Errand(targets, self.now, stops_at_each=stops_at_each), 0
         while errand.ending is None and ticks * TICK < limit:
             if ticks % 2 == 0:
                 laser = compose(self.base.pose, LASER)
@@ -75,6 +80,16 @@ def test_it_drives_through_poses_without_stopping_at_them(stage: Stage) -> None:
     assert arrived(errand)
     middle = passed[len(passed) // 4 : len(passed) // 2]
     assert min(middle) > 0.05
+
+
+def test_it_stops_at_each_waypoint_with_its_heading(stage: Stage) -> None:
+    way = [Pose2D(1.5, 1.0, 1.5), Pose2D(0.5, 1.0, 0.0), Pose2D(1.5, 0.5, -1.5)]
+    at_rest: list[Pose2D] = []
+    errand = stage.drive(way, stops_at_each=True, meanwhile=lambda: at_rest.append(stage.base.pose))
+    assert arrived(errand)
+    for waypoint in way:
+        assert any(follower.has_arrived(pose, waypoint) for pose in at_rest)
+    assert follower.has_arrived(stage.base.pose, way[-1])
 
 
 def speed(stage: Stage) -> tuple[float, float]:
