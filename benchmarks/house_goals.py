@@ -1,9 +1,10 @@
-"""The humanoid in its house, given random goals: benchmarks/house_goals.py [--goals N] [--seed S].
+"""The humanoid in its house, given random goals: benchmarks/house_goals.py [--goals N] [--minutes M].
 
 Brings the robot up with --world house and sends one goal of NavigateToPose after the other, to random places
 at which the map has room; before some of them a door is opened or closed. People walk about meanwhile. Prints
 a table: how the goals ended, how near anything came to the robot, and how far off the localiser was, both
-against the simulation's truth. Ends with 1 if the robot touched anything. --physics takes MuJoCo's body.
+against the simulation's truth. Ends with 1 if the robot touched anything. --physics takes MuJoCo's body;
+--minutes sends no further goal after so many minutes; --seed chooses other goals.
 """
 
 from __future__ import annotations
@@ -125,12 +126,14 @@ def bring_up(supervisor: Supervisor, *, physics: bool) -> None:
     raise SystemExit('humanoid up did not come up')
 
 
-def run(robot: Robot, watch: Watch, goals: int, chance: random.Random) -> Counter[str]:
-    """Send the goals, one after the other; how they ended."""
+def run(robot: Robot, watch: Watch, goals: int, until: float, chance: random.Random) -> Counter[str]:
+    """Send the goals, one after the other, but none after `until`; how they ended."""
     endings: Counter[str] = Counter()
     client = ActionClient(robot.node, NavigateToPose, 'navigate_to_pose')
     doors = robot.doors()
     for number in range(1, goals + 1):
+        if time.monotonic() > until:
+            break
         if chance.random() < DOOR_MOVES:
             robot.move_door(chance.choice(doors), is_open=chance.random() < 0.6)
         to, began, recoveries = random_goal(chance), time.monotonic(), 0
@@ -177,6 +180,7 @@ def main() -> int:
     """Measure."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--goals', type=int, default=100)
+    parser.add_argument('--minutes', type=float, default=math.inf)
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--physics', action='store_true')
     options = parser.parse_args()
@@ -191,7 +195,8 @@ def main() -> int:
         rclpy.init(args=[])
         with Robot('house_goals') as robot:
             watch, began = Watch(robot), time.monotonic()
-            endings = run(robot, watch, options.goals, random.Random(options.seed))
+            until = began + options.minutes * 60
+            endings = run(robot, watch, options.goals, until, random.Random(options.seed))
             print(report(endings, watch, time.monotonic() - began))
         rclpy.shutdown()
     return 1 if watch.touches else 0
