@@ -4,7 +4,7 @@ python -m benchmarks.fleet --robots 20 --sites 3 --slow --chaos MINUTES
 Robots with the humanoid's names, each with a session and a certificate of its own, some in a process, dial
 the routers of their sites. These dial a cloud, and an operator comes to the cloud, all with mutual TLS and
 the rules of `goalwire fleet init`. With --slow each robot's and each site's link is a relay: 100 ms late,
-10 Mbit/s, with a stall of up to 5 s about each minute, and breaks about each ten minutes (--break-every).
+10 Mbit/s, with a stall of up to 5 s about each minute, and breaks about once an hour (--break-every).
 Printed for each number of robots: the time until all are up; what the operator's session is sent and the time
 until it knows one robot, with `robots=` and without; what one robot's session is sent; memory and processor
 time of the routers at rest. At last goals are sent to all robots, once for each router in --kill, and that
@@ -123,7 +123,7 @@ def main() -> None:
         '--slow', action='store_true', help='links of 100 ms and 10 Mbit/s that stall and break'
     )
     parser.add_argument(
-        '--break-every', type=float, default=600.0, metavar='S', help='of each slow link; 0: never'
+        '--break-every', type=float, default=3600.0, metavar='S', help='of each slow link; 0: never'
     )
     parser.add_argument(
         '--drive', type=float, metavar='S', help='how long each goal takes; default: 20 s and more'
