@@ -28,7 +28,7 @@ from helpers.actions import (
 )
 from helpers.collector import Collector
 from helpers.patience import PATIENCE
-from helpers.spinning import MakeNode, Spin, result_of, wait_until
+from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import SingleThreadedExecutor
@@ -498,12 +498,11 @@ def test_wrong_arguments_are_refused_with_rclpys_exceptions(make_node: MakeNode)
 
 
 def test_a_goal_may_outlive_its_server_and_its_node(make_node: MakeNode, spin: Spin) -> None:
-    kept: list[Any] = []
-    arena = Arena(make_node, spin, succeed, accepted=kept.append)
+    kept: Collector[Handle] = Collector()
+    arena = Arena(make_node, spin, succeed, accepted=kept)
     arena.accept()
-    wait_until(arena.client_node.context, lambda: len(kept) == 1)
+    (goal,) = kept.expect()
     arena.server_node.destroy_node()
-    (goal,) = kept
     goal.publish_feedback(Fibonacci.Feedback())
     goal.succeed()
     arena.server.destroy()

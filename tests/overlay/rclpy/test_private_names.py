@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from example_interfaces.action import Fibonacci
 from helpers.actions import Arena, succeed
+from helpers.collector import Collector
 from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode, Spin, wait_until
 from rcl_interfaces.msg import ParameterEvent, SetParametersResult
@@ -189,16 +190,16 @@ def test_goals_of_a_server_without_an_execute_callback_are_ended_by_the_program(
 ) -> None:
     arena = Arena(make_node, spin, succeed)
     arena.server.destroy()
-    kept: list[Any] = []
+    kept: Collector[Any] = Collector()
 
     def accept(handle: Any) -> None:
         handle.executing()
-        kept.append(handle)
+        kept(handle)
 
     server = ActionServer(arena.server_node, Fibonacci, arena.server.name, handle_accepted_callback=accept)
     goal = arena.accept(3)
-    wait_until(arena.server_node.context, lambda: len(kept) == 1)
-    assert kept[0].is_active
-    kept[0].succeed(Fibonacci.Result(sequence=[1, 2]))
+    (kept_handle,) = kept.expect()
+    assert kept_handle.is_active
+    kept_handle.succeed(Fibonacci.Result(sequence=[1, 2]))
     assert arena.result(goal) == ('SUCCEEDED', [1, 2])
     server.destroy()
