@@ -4,6 +4,22 @@ Importing a module adds its classes to the tables of `exposure.py`; this module 
 overlay's `launch`, `launch_xml` and `launch_yaml` import this module, and so does the command line.
 """
 
-from goalwire.launching import actions, process, ros, scopes, sources, substitutions
+from goalwire.launching import (
+    actions,
+    condition_substitutions,
+    execute_process,
+    ros,
+    scopes,
+    sources,
+    substitutions,
+)
 
-__all__ = ['actions', 'process', 'ros', 'scopes', 'sources', 'substitutions']
+__all__ = [
+    'actions',
+    'condition_substitutions',
+    'execute_process',
+    'ros',
+    'scopes',
+    'sources',
+    'substitutions',
+]

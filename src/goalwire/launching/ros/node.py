@@ -7,11 +7,11 @@ from typing import Any
 
 from goalwire.errors import LaunchError, NoSuchPackageError
 from goalwire.launching import packages
+from goalwire.launching.execute_process import ExecuteProcess, parse_command_line
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.output import get_logger
-from goalwire.launching.process import ExecuteProcess, parse_command_line
 from goalwire.launching.ros.missing_containers import CPP_ADVICE, CPP_CONTAINERS, note_missing_container
 from goalwire.launching.ros.namespaces import join_namespace
 from goalwire.launching.ros.node_names import add_node_name, get_node_name_count

@@ -15,10 +15,8 @@ from goalwire.launching.actions import (
     UnregisterEventHandler,
 )
 from goalwire.launching.aliases import add_modules
-from goalwire.launching.process import (
-    ExecuteLocal,
-    ExecuteProcess,
-)
+from goalwire.launching.execute_process import ExecuteProcess
+from goalwire.launching.process import ExecuteLocal
 from goalwire.launching.scopes import (
     AppendEnvironmentVariable,
     GroupAction,
