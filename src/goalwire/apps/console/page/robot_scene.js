@@ -1,6 +1,6 @@
 // A robot in 3D: shapes on links, whose poses the server sends; the browser moves smoothly between them.
-import { CSS2DObject, CSS2DRenderer, GLTFLoader, OrbitControls, STLLoader, THREE } from "nicegui-scene";
-import { Axes, Layers } from "goalwire-scene-layers";
+import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
+import { Axes, Layers, mesh_of } from "goalwire-scene-layers";
 
 const THEMES = {
   light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
@@ -11,36 +11,7 @@ const LATE = 40; // ms: a frame that comes so late shows that this computer is s
 const DETAIL = [
   { shadows: true, scale: 1 }, { shadows: false, scale: 1 }, { shadows: false, scale: 0.75 }, { shadows: false, scale: 0.5 },
 ];
-const CREASE = Math.cos(0.6); // where triangles meet at a larger angle, an edge stays an edge
-const MOST_SMOOTHED = 200_000; // triangles of a mesh
 const SMOOTH = 14; // 1/s: how quickly a link follows the pose that was sent
-
-// An STL has one normal for each triangle, so a round shell would show its facets.
-function soften(geometry) {
-  const spots = geometry.getAttribute("position"), flat = geometry.getAttribute("normal");
-  if (spots.count > 3 * MOST_SMOOTHED) return geometry;
-  const meeting = new Map(); // by place: the corners of triangles there
-  const places = [];
-  for (let at = 0; at < spots.count; at++) {
-    const place = [spots.getX(at), spots.getY(at), spots.getZ(at)].map((each) => Math.round(each * 1e5)).join();
-    places.push(place);
-    if (!meeting.has(place)) meeting.set(place, []);
-    meeting.get(place).push(at);
-  }
-  const [own, other, sum] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
-  const normals = new Float32Array(3 * spots.count);
-  for (let at = 0; at < spots.count; at++) {
-    own.fromBufferAttribute(flat, at);
-    sum.set(0, 0, 0);
-    for (const corner of meeting.get(places[at])) {
-      other.fromBufferAttribute(flat, corner);
-      if (own.dot(other) >= CREASE) sum.add(other);
-    }
-    sum.normalize().toArray(normals, 3 * at);
-  }
-  geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
-  return geometry;
-}
 
 // Lines in short pieces: a renderer in software leaves out a line that begins behind the camera.
 function grid_of(step, colour) {
@@ -229,7 +200,7 @@ export default {
       robot.links.clear();
       if (other === null) this.placed = this.begin.length > 0;
       for (const shape of shapes) {
-        const mesh = this.mesh_of(shape);
+        const mesh = mesh_of(shape, () => this.wake());
         const link = this.link(shape.link, robot);
         mesh.position.set(...shape.xyz);
         mesh.quaternion.set(...shape.quat);
@@ -277,41 +248,6 @@ export default {
         robot.links.set(name, { group, position: new THREE.Vector3(), turn: new THREE.Quaternion(), fresh: true });
       }
       return robot.links.get(name);
-    },
-    mesh_of(shape) {
-      const [r, g, b, a] = shape.rgba;
-      const material = new THREE.MeshStandardMaterial({
-        color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace),
-        roughness: 0.55, metalness: 0.08, transparent: a < 1, opacity: a,
-      });
-      let object;
-      if (shape.kind === "box") {
-        object = new THREE.Mesh(new THREE.BoxGeometry(...shape.size), material);
-      } else if (shape.kind === "sphere") {
-        object = new THREE.Mesh(new THREE.SphereGeometry(shape.size[0], 32, 20), material);
-      } else if (shape.kind === "cylinder") {
-        const geometry = new THREE.CylinderGeometry(shape.size[0], shape.size[0], shape.size[1], 36);
-        geometry.rotateX(Math.PI / 2); // a URDF's cylinder stands along z
-        object = new THREE.Mesh(geometry, material);
-      } else {
-        object = new THREE.Group();
-        object.scale.set(...shape.size);
-        this.load(shape.url, object, material);
-      }
-      object.traverse((each) => (each.castShadow = each.receiveShadow = true));
-      return object;
-    },
-    load(url, group, material) {
-      const added = (object) => {
-        object.traverse((each) => (each.castShadow = true));
-        group.add(object);
-        this.wake();
-      };
-      if (url.endsWith(".stl")) {
-        new STLLoader().load(url, (geometry) => added(new THREE.Mesh(soften(geometry), material)));
-      } else {
-        new GLTFLoader().load(url, (loaded) => added(loaded.scene));
-      }
     },
     frame(update) { // {links: [[name, [x, y, z, qx, qy, qz, qw]]], trail, base, goals}
       this.put_links(update.links || [], { group: this.robot, links: this.links });

@@ -1,6 +1,7 @@
 // Layers of the 3D scene: maps, points, lines and solids, in groups that stand for the frames they are given in.
 import { THREE } from "nicegui-scene";
 export { Axes } from "./axes.js";
+export { mesh_of } from "./shapes.js";
 
 const MAP_HEIGHT = -0.002; // m: above the scene's floor, below all that lies on the map's own plane
 const LEAST_WIDTH = 0.01; // m, of a line
