@@ -9,8 +9,10 @@ from typing import NoReturn
 import pytest
 from helpers import real_rclpy
 from helpers.environments import CannotInstall, Environment, kept_for_all
+from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from helpers.processes import Program
+from helpers.programs import server_of_programs
 from helpers.traces import Outcome, Trace, read_trace
 
 FOLDER = Path(__file__).parent
@@ -47,7 +49,13 @@ def trace(real: Environment, tmp_path: Path) -> Trace:
     """A function that runs a program of `programs/` under both at once: goalwire's trace, the real one's."""
 
     def run_both(name: str) -> tuple[list[Outcome], list[Outcome]]:
-        ours = _start(name, isolated_env('rmw_zenoh_cpp', tmp_path), Path(sys.executable), tmp_path / 'ours')
+        ours = _start(
+            name,
+            isolated_env('rmw_zenoh_cpp', tmp_path),
+            Path(sys.executable),
+            tmp_path / 'ours',
+            server_of_programs(),
+        )
         theirs = _start(
             name,
             isolated_env('rmw_fastrtps_cpp', tmp_path) | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
@@ -60,10 +68,17 @@ def trace(real: Environment, tmp_path: Path) -> Trace:
     return run_both
 
 
-def _start(name: str, env: dict[str, str], python: Path, trace: Path) -> Program:
+def _start(
+    name: str, env: dict[str, str], python: Path, trace: Path, server: ForkServer | None = None
+) -> Program:
     tracer, program = FOLDER / 'tracer.py', FOLDER / 'programs' / f'{name}.py'
     return Program(
-        tracer, str(program), str(trace), env=env | {'RCUTILS_COLORIZED_OUTPUT': '0'}, python=python
+        tracer,
+        str(program),
+        str(trace),
+        env=env | {'RCUTILS_COLORIZED_OUTPUT': '0'},
+        python=python,
+        server=server,
     )
 
 

@@ -11,6 +11,7 @@ from typing import TypeAlias
 import pytest
 from helpers.isolation import NETWORK, isolated_env
 from helpers.processes import Program
+from helpers.programs import server_of_programs
 
 pytestmark = pytest.mark.slow
 
@@ -41,7 +42,7 @@ def start() -> Iterator[Start]:
     env = isolated_env(NETWORK)
     with ExitStack() as stack:
         yield lambda name, *arguments: stack.enter_context(
-            Program(EXAMPLES / f'{name}.py', *arguments, env=env)
+            Program(EXAMPLES / f'{name}.py', *arguments, env=env, server=server_of_programs())
         )
 
 

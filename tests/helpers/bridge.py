@@ -6,12 +6,13 @@ import json
 import struct
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
+from helpers.command_line import executable
 from helpers.patience import PATIENCE
 from helpers.processes import Program
+from helpers.programs import server_of_programs
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
@@ -25,8 +26,9 @@ class Bridge(NamedTuple):
 
 def start_bridge(stack: ExitStack, env: Mapping[str, str], protocol: str, *options: str) -> Bridge:
     """Start one at a free port; it ends with the stack."""
+    words = 'bridge', protocol, '--port', '0', '--json'
     program = stack.enter_context(
-        Program(Path('-m'), 'goalwire', 'bridge', protocol, '--port', '0', '--json', *options, env=env)
+        Program(executable('goalwire'), *words, *options, env=env, server=server_of_programs())
     )
     return Bridge(program, json.loads(program.expect('{"url":').string)['url'])
 

@@ -27,7 +27,7 @@ _OF_PROGRAMS = (
 
 @cache
 def server_of_programs() -> ForkServer:
-    """The process that forks programs which use rclpy or goalwire, for all tests of this process."""
+    """The process that forks commands and programs of rclpy and goalwire, for all tests of this process."""
     server = ForkServer(_OF_PROGRAMS, isolated_env(NETWORK))
     atexit.register(server.close)
     return server

@@ -66,7 +66,7 @@ _OF_PHYSICS = 'humanoid.physics.program'
 
 
 @cache
-def _server(site: Path | None) -> ForkServer:
+def server_of_robots(site: Path | None) -> ForkServer:
     """The process that forks the robot's programs, for all tests of this process.
 
     They share nothing but imported modules, which take a program most of a second of a core otherwise.
@@ -95,12 +95,12 @@ def humanoid(
     """
     if os.name != 'posix' or not is_forked:
         return Program(_MAIN, *arguments, env=env, cwd=cwd)
-    return Program(_FORKED, *arguments, env=env, cwd=cwd, server=_server(site))
+    return Program(_FORKED, *arguments, env=env, cwd=cwd, server=server_of_robots(site))
 
 
 def course(name: str, *, env: Mapping[str, str]) -> Program:
     """Run one of the chapter's programs."""
-    return Program(COURSE / f'{name}.py', env=env)
+    return Program(COURSE / f'{name}.py', env=env, server=server_of_robots(None))
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 from helpers.processes import Program
-from helpers.robot import humanoid
+from helpers.robot import humanoid, server_of_robots
 
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import Backoff, NoAnswer, retry
@@ -46,7 +46,9 @@ def sabotaged(
 
     It has written that it is ready, and a line with `first`.
     """
-    with Program(SABOTAGED, where, name, str(skipped), program, env=world) as server:
+    with Program(
+        SABOTAGED, where, name, str(skipped), program, env=world, server=server_of_robots(None)
+    ) as server:
         server.expect_each('ready', first)
         yield server
         assert 'ArithmeticError: sabotage' in server.output

@@ -10,6 +10,7 @@ import pytest
 from helpers.command_line import Begin, CommandLine, executable
 from helpers.isolation import isolated_env
 from helpers.processes import Program
+from helpers.programs import server_of_programs
 
 
 @pytest.fixture
@@ -21,7 +22,7 @@ def world() -> dict[str, str]:
 @pytest.fixture
 def ros2(world: dict[str, str], tmp_path: Path) -> CommandLine:
     """`ros2`, in a folder of the test."""
-    return CommandLine(world, tmp_path)
+    return CommandLine(world, tmp_path, server_of_programs())
 
 
 @pytest.fixture
@@ -30,7 +31,9 @@ def begin(world: dict[str, str]) -> Iterator[Begin]:
     with ExitStack() as stack:
 
         def begin(*arguments: str, program: str = 'ros2', **variables: str) -> Program:
-            command = Program(executable(program), *arguments, env={**world, **variables})
+            command = Program(
+                executable(program), *arguments, env={**world, **variables}, server=server_of_programs()
+            )
             return stack.enter_context(command)
 
         yield begin

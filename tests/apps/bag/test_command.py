@@ -12,7 +12,7 @@ import pytest
 from helpers.bags import contents, files_of, write_bag
 from helpers.command_line import Begin, CommandLine
 from helpers.processes import Program
-from helpers.programs import programs_in
+from helpers.programs import programs_in, server_of_programs
 
 from goalwire.rosbag2.reader import Reader
 
@@ -23,7 +23,7 @@ PROGRAMS = Path(__file__).parent / 'programs'
 @pytest.fixture
 def counter(world: dict[str, str]) -> Iterator[Program]:
     """The node of programs/counter.py, running."""
-    with programs_in(world, PROGRAMS) as start:
+    with programs_in(world, PROGRAMS, server_of_programs()) as start:
         program = start('counter')
         program.expect('^ready$')
         yield program
@@ -175,5 +175,6 @@ def test_without_the_extra_one_line_says_what_to_install(ros2: CommandLine, tmp_
     hidden = tmp_path / 'hidden' / 'mcap'
     hidden.mkdir(parents=True)
     (hidden / '__init__.py').write_text("raise ModuleNotFoundError(\"No module named 'mcap'\", name='mcap')")
-    told = ros2.fails('bag', 'record', '-a', code=1, PYTHONPATH=str(hidden.parent))
+    unforked = CommandLine(ros2.env, ros2.cwd)  # a new interpreter looks into PYTHONPATH
+    told = unforked.fails('bag', 'record', '-a', code=1, PYTHONPATH=str(hidden.parent))
     assert told == "ros2: bags need the package 'mcap'; run: pip install 'goalwire[bag]'"

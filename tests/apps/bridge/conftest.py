@@ -10,6 +10,7 @@ import pytest
 from helpers.bridge import Bridge, start_bridge
 from helpers.isolation import NETWORK, isolated_env
 from helpers.processes import Program
+from helpers.programs import server_of_programs
 
 PROGRAMS = Path(__file__).with_name('programs')
 
@@ -23,7 +24,7 @@ def world() -> dict[str, str]:
 @pytest.fixture(scope='module')
 def robot(world: dict[str, str]) -> Iterator[Program]:
     """Topics, a service, an action and parameters."""
-    with Program(PROGRAMS / 'robot.py', env=world) as program:
+    with Program(PROGRAMS / 'robot.py', env=world, server=server_of_programs()) as program:
         program.expect('ready')
         yield program
 
