@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -35,16 +35,24 @@ def nothing_left_behind() -> None:
     """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
 
 
+@pytest.fixture(scope='module')
+def surveyed() -> Iterator[str]:
+    """The address of a console beside a robot and its surveyor; each tab has a layout of its own."""
+    pytest.importorskip('nicegui')
+    stage = Stage('rmw_zenoh_cpp')
+    stage.robot()
+    stage.program(PROGRAMS / 'surveyor.py').expect('ready')
+    yield stage.console()[1]
+    stage.close()
+
+
 def rounded(page: Any, frame: str) -> list[float]:
     """Where a frame is in the scene."""
     return [round(number, 2) + 0.0 for number in page.evaluate(SPOTS)[frame]]
 
 
-def test_frames_have_axes_and_one_of_them_stands_still(stage: Stage, open_page: OpenPage) -> None:
-    stage.robot()
-    stage.program(PROGRAMS / 'surveyor.py').expect('ready')
-    _, url = stage.console()
-    page = open_page(f'{url}?view=robot')
+def test_frames_have_axes_and_one_of_them_stands_still(surveyed: str, open_page: OpenPage) -> None:
+    page = open_page(f'{surveyed}?view=robot')
     page.wait_for_selector('[data-frames-note]:has-text("frames")')
     until(page, '() => goalwireScene.links.size > 0')
     assert page.evaluate(SPOTS) == {}
@@ -87,12 +95,9 @@ def test_frames_have_axes_and_one_of_them_stands_still(stage: Stage, open_page: 
 
 
 def test_a_layout_survives_a_reload_and_goes_to_a_file(
-    stage: Stage, open_page: OpenPage, tmp_path: Path
+    surveyed: str, open_page: OpenPage, tmp_path: Path
 ) -> None:
-    stage.robot()
-    stage.program(PROGRAMS / 'surveyor.py').expect('ready')
-    _, url = stage.console()
-    page = open_page(f'{url}?view=robot')
+    page = open_page(f'{surveyed}?view=robot')
     until(page, "() => window.goalwireScene?.layers?.spots('/markers').length > 0")
     page.click('[data-axes]')
     page.click('[data-layer="/markers"]')
@@ -135,7 +140,7 @@ def test_a_layout_survives_a_reload_and_goes_to_a_file(
     assert json.loads(file.read_text())['plots'] == [['/load', 'data']]
 
     # Another tab begins with the standard layout, until it loads the file.
-    other = page = open_page(f'{url}?view=robot')
+    other = page = open_page(f'{surveyed}?view=robot')
     other.wait_for_selector('[data-layer="/markers"][aria-checked="true"]')
 
     def load(chosen: Path) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -23,10 +22,23 @@ def nothing_left_behind() -> None:
     """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
 
 
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return str(write_recorded_robot(tmp_path_factory.mktemp('bag') / 'trip'))
+
+
+@pytest.fixture(scope='module')
+def world(bag: str) -> Iterator[tuple[Stage, str]]:
+    """A console that shows the recording, and its address: each page has a timeline of its own."""
+    pytest.importorskip('nicegui')
+    stage = Stage('rmw_zenoh_cpp')
+    yield stage, stage.console('--bag', bag)[1]
+    stage.close()
+
+
 @pytest.fixture
-def url(stage: Stage, tmp_path: Path) -> str:
-    _, address = stage.console('--bag', str(write_recorded_robot(tmp_path / 'trip')))
-    return address
+def url(world: tuple[Stage, str]) -> str:
+    return world[1]
 
 
 def _at(page: Any, seconds: float) -> None:
@@ -103,8 +115,11 @@ def test_goals_plots_and_messages_of_the_whole_time(open_page: OpenPage, url: st
     page.wait_for_selector('[data-message-time]:has-text("at 25.0")')
 
 
-def test_nothing_can_be_sent_while_a_recording_is_shown(stage: Stage, open_page: OpenPage, url: str) -> None:
+def test_nothing_can_be_sent_while_a_recording_is_shown(
+    world: tuple[Stage, str], open_page: OpenPage
+) -> None:
     """There is no control for it, and no node of the console: the robot beside it sees nobody."""
+    stage, url = world
     stage.robot()
     page = open_page(url)
     page.wait_for_selector('[data-timeline] canvas')
@@ -126,9 +141,8 @@ def test_a_page_has_animations_unless_its_user_wants_none(open_page: OpenPage, u
 
 
 def test_a_console_that_has_gone_is_told_and_the_page_goes_on_with_the_next_one(
-    stage: Stage, open_page: OpenPage, tmp_path: Path
+    stage: Stage, open_page: OpenPage, bag: str
 ) -> None:
-    bag = str(write_recorded_robot(tmp_path / 'trip'))
     console, url = stage.console('--bag', bag)
     page = open_page(url)
     page.wait_for_selector('[data-timeline] canvas')
