@@ -46,8 +46,8 @@ async def main():
             node.action_server(Fibonacci, name, drive)
     print('ready', flush=True)
     while await asyncio.to_thread(sys.stdin.readline):
-        [link] = nodes[0].context.session._context.wire.session.protocol.links
-        print(len(link.peer.tokens), flush=True)
+        links = nodes[0].context.session._context.wire.session.protocol.links  # none, if it is broken now
+        print(sum(len(link.peer.tokens) for link in links), flush=True)
 
 asyncio.run(main())
 """
