@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from helpers.markdown import ROOT, blocks
 from helpers.processes import Program
+from helpers.programs import server_of_programs
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
 
@@ -152,8 +153,13 @@ def script(folder: Path, text: str) -> Path:
     return file
 
 
+def run(file: Path, env: dict[str, str], *arguments: str) -> Program:
+    """Start a program in a process which has imported rclpy already."""
+    return Program(file, *arguments, env=env, server=server_of_programs())
+
+
 def failed(file: Path, env: dict[str, str]) -> str:
-    with Program(file, env=env) as program:
+    with run(file, env) as program:
         assert program.wait() == 1
         return program.output
 
@@ -198,7 +204,7 @@ def test_misuse_ends_at_the_programs_own_line(
 
 
 def test_a_thread_of_the_program_shows_its_own_frames_too(tmp_path: Path, isolated: dict[str, str]) -> None:
-    with Program(script(tmp_path, IN_THREAD), env=isolated) as program:
+    with run(script(tmp_path, IN_THREAD), isolated) as program:
         output = program.succeed()
     assert 'Exception in thread spinner:' in output
     assert 'ZeroDivisionError' in output
@@ -206,7 +212,7 @@ def test_a_thread_of_the_program_shows_its_own_frames_too(tmp_path: Path, isolat
 
 
 def test_a_thread_that_spins_ends_quietly_with_its_context(tmp_path: Path, isolated: dict[str, str]) -> None:
-    with Program(script(tmp_path, SPINS_IN_THREAD), env=isolated) as program:
+    with run(script(tmp_path, SPINS_IN_THREAD), isolated) as program:
         assert program.succeed() == 'over'
 
 
@@ -236,9 +242,9 @@ def test_a_callback_that_goes_on_after_sigterm_ends_the_program_as_usual(
     end = 'os.kill(os.getpid(), signal.SIGTERM); ended.wait()'
     text = LATE.format(end=end, late=LATE_USES[use], executor=executor)
     file = script(tmp_path, text)
-    with Program(file, 'guarded', env=isolated) as program:
+    with run(file, isolated, 'guarded') as program:
         assert program.succeed() == ''
-    with Program(file, env=isolated) as program:
+    with run(file, isolated) as program:
         status = program.wait()
         assert program.output == ''
     assert status == (0 if executor == 'MultiThreadedExecutor' else 1), 'that of a spin that SIGTERM ends'
@@ -248,13 +254,16 @@ def test_a_callback_that_goes_on_after_its_own_shutdown_is_told(
     tmp_path: Path, isolated: dict[str, str]
 ) -> None:
     text = LATE.format(end='rclpy.shutdown()', late=LATE_USES['publish'], executor='SingleThreadedExecutor')
-    with Program(script(tmp_path, text), 'guarded', env=isolated) as program:
+    with run(script(tmp_path, text), isolated, 'guarded') as program:
         assert program.wait() == 1
         assert "ShutDownError: cannot publish on '/chatter'" in program.output
 
 
 def test_hooks_of_others_stay(tmp_path: Path, isolated: dict[str, str]) -> None:
-    output = failed(script(tmp_path, HOOKED), isolated)
+    """The program has an interpreter of its own: it sets its hooks before it imports rclpy."""
+    with Program(script(tmp_path, HOOKED), env=isolated) as program:
+        assert program.wait() == 1
+        output = program.output
     assert output.startswith('True\nmine: ')
     assert 'Traceback' not in output
 
@@ -277,7 +286,7 @@ def test_asyncios_programs_do_too(tmp_path: Path, isolated: dict[str, str]) -> N
 
 
 def _ends_quietly(file: Path, env: dict[str, str]) -> None:
-    with Program(file, env=env) as program:
+    with run(file, env) as program:
         program.expect('^ready$')
         told = program.output
         program.send_signal(signal.SIGINT)
@@ -287,7 +296,7 @@ def _ends_quietly(file: Path, env: dict[str, str]) -> None:
 
 def test_ctrl_c_in_the_programs_own_code_shows_where(tmp_path: Path, isolated: dict[str, str]) -> None:
     file = script(tmp_path, OWN_LOOP)
-    with Program(file, env=isolated) as program:
+    with run(file, isolated) as program:
         program.expect('ready')
         program.send_signal(signal.SIGINT)
         assert program.wait() == -signal.SIGINT

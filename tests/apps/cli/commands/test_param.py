@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 from helpers.command_line import CommandLine
+from helpers.forking import ForkServer
 from helpers.isolation import isolated_env
 from helpers.programs import programs_in
 from helpers.wires import require
@@ -23,13 +24,13 @@ PROGRAMS = Path(__file__).parents[1] / 'programs'
 
 
 @pytest.fixture(scope='module')
-def shelf() -> Iterator[CommandLine]:
+def shelf(commands: ForkServer) -> Iterator[CommandLine]:
     """`ros2` beside the node of programs/settings.py, on one wire: no wire knows parameters."""
     require('rmw_zenoh_cpp')
     world = isolated_env('rmw_zenoh_cpp')
-    with programs_in(world, PROGRAMS) as start:
+    with programs_in(world, PROGRAMS, commands) as start:
         start('settings').expect('^ready$')
-        yield CommandLine(world)
+        yield CommandLine(world, server=commands)
 
 
 @pytest.mark.parametrize(
