@@ -72,16 +72,7 @@ def offer(
             leave(error)
             raise asyncio.CancelledError from None
         except asyncio.CancelledError:
-            try:
-                await asyncio.wait([beginning])
-                if beginning.exception() is None and goal.is_canceled and not server.is_closed:
-                    # If the runner is closing, or its journal is broken, the next one finds the mission.
-                    with suppress(ClosedError, JournalError):
-                        await runner.cancel(id_)
-                        await beginning.result().ended.wait()
-            finally:
-                if _goes_on(beginning):
-                    server.close()  # the client must not hear that the mission has ended
+            await _take_back(runner, beginning, goal, server)
             raise
         if run.failure is not None:
             leave(run.failure)
@@ -91,6 +82,27 @@ def offer(
     server = node.action_server(action_type, name, carry_out)
     server.leave_goals()
     return server
+
+
+async def _take_back(
+    runner: Runner,
+    beginning: asyncio.Future[MissionRun],
+    goal: goalwire.Goal[GoalT, FeedbackT],
+    server: goalwire.ActionServer[GoalT, ResultT, FeedbackT],
+) -> None:
+    """Cancel the mission of a cancelled goal. If the next runner may go on with it, close the server: the
+    client must not hear that the mission has ended.
+    """
+    try:
+        await asyncio.wait([beginning])
+        if beginning.exception() is None and goal.is_canceled and not server.is_closed:
+            # If the runner is closing, or its journal is broken, the next one finds the mission.
+            with suppress(ClosedError, JournalError):
+                await runner.cancel(goal.goal_id.hex())
+                await beginning.result().ended.wait()
+    finally:
+        if _goes_on(beginning):
+            server.close()
 
 
 def _goes_on(beginning: asyncio.Future[MissionRun]) -> bool:

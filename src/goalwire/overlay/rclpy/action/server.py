@@ -124,15 +124,8 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         logger = node.get_logger()
         if execute_callback is not None:
             _check_callable(execute_callback, action_name, logger)
-        decisions = (
-            (goal_callback, 'goal_request'),
-            (handle_accepted_callback, 'goal_handle'),
-            (cancel_callback, 'goal_handle'),
-        )
-        for callback, argument in decisions:
-            if callback is not None:
-                what = f"a callback of the action '{action_name}'"
-                advise_callback(callback, (argument,), what, logger)
+        decisions = goal_callback, handle_accepted_callback, cancel_callback
+        _advise_decisions(decisions, action_name, logger)
         callbacks = ActionCallbacks(
             execute_callback,
             goal_callback or default_goal_callback,
@@ -240,6 +233,15 @@ def _check_callable(execute_callback: object, action_name: str, logger: RcutilsL
     what = f"the execute callback of the action '{action_name}'"
     advise_callback(execute_callback, ('goal_handle',), what, logger)
     import_coroutine_runner(execute_callback)
+
+
+def _advise_decisions(
+    decisions: tuple[Callable[..., object] | None, ...], action_name: str, logger: RcutilsLogger
+) -> None:
+    """Warn of callbacks with wrong parameters: those for a goal, an accepted goal, and a cancellation."""
+    for callback, argument in zip(decisions, ('goal_request', 'goal_handle', 'goal_handle'), strict=True):
+        if callback is not None:
+            advise_callback(callback, (argument,), f"a callback of the action '{action_name}'", logger)
 
 
 reexport(__name__)
