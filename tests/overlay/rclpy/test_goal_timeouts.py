@@ -9,7 +9,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
-from helpers.patience import PATIENCE
+from helpers.patience import PATIENCE, wait_for
 from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
@@ -51,6 +51,7 @@ class Arm:
         self.running: Collector[Handle] = Collector()
         self.ended: Collector[str] = Collector()
         self._stop = threading.Event()
+        self._is_cancelling = False
         self.server = ActionServer(
             node,
             Fibonacci,
@@ -63,12 +64,15 @@ class Arm:
     def _cancel(self, _: Handle) -> Any:
         from rclpy.action import CancelResponse
 
+        self._is_cancelling = True
         self._stop.set()
         return CancelResponse.ACCEPT
 
     def _execute(self, handle: Handle) -> Fibonacci.Result:
         self.running(handle)
         assert self._stop.wait(PATIENCE)
+        if self._is_cancelling:  # the goal is told after `_cancel` has returned, on another thread
+            wait_for(lambda: handle.is_cancel_requested, 'the request to cancel')
         if handle.is_cancel_requested:
             handle.canceled()
             self.ended('cancelled')
