@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TypeAlias
 
 import pytest
+from helpers.command_line import executable
 from helpers.isolation import NETWORK
 from helpers.processes import Program
+from helpers.programs import server_of_programs
 
 Run: TypeAlias = Callable[..., Program]
 
@@ -26,9 +28,8 @@ def run(isolated: dict[str, str], tmp_path: Path) -> Iterator[Run]:
     with ExitStack() as stack:
 
         def start(package: str, program: str, *arguments: str) -> Program:
-            started = Program(
-                Path('-m'), 'goalwire', 'run', package, program, *arguments, env=isolated, cwd=tmp_path
-            )
+            words = 'run', package, program, *arguments
+            started = Program(executable(), *words, env=isolated, cwd=tmp_path, server=server_of_programs())
             return stack.enter_context(started)
 
         yield start
