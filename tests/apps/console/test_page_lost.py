@@ -268,10 +268,10 @@ def test_a_form_whose_service_is_away_waits_until_the_visitor_turns_to_another_o
     stage: Stage, open_page: OpenPage
 ) -> None:
     stage.robot()
+    _, url = stage.console()
     for turns_away in (False, True):
         assembler = stage.program(PROGRAMS / 'assembler.py')
         assembler.expect('ready')
-        _, url = stage.console()
         page = open_page(f'{url}?view=services')
         row(page, '/fill')
         page.fill('[data-field=speed]', 'fast')
@@ -291,9 +291,11 @@ def test_a_form_whose_service_is_away_waits_until_the_visitor_turns_to_another_o
         back.kill()
 
 
+@pytest.mark.long
 def test_half_filled_goals_messages_and_parameters_outlive_a_reload(
     stage: Stage, open_page: OpenPage
 ) -> None:
+    """Their forms are those of services, which a test above has in each run."""
     stage.robot()
     _, url = stage.console()
     page = open_page(f'{url}?view=actions')
