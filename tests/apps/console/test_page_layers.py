@@ -28,6 +28,35 @@ BRIGHTNESS = """spots => {
 }"""
 
 
+LOAD = """async url => {
+  const { mesh_of } = await import('goalwire-scene-layers');
+  window.loaded = mesh_of({ kind: 'mesh', url, size: [1, 1, 1], rgba: [1, 1, 1, 1] }, () => undefined);
+}"""
+# Each triangle's corners and its first normal, once the mesh is there.
+TRIANGLES = """() => {
+  if (!loaded.children.length) return null;
+  const { position, normal } = loaded.children[0].geometry.attributes, found = [];
+  for (let at = 0; at < position.count; at += 3)
+    found.push([...position.array.slice(3 * at, 3 * at + 9), ...normal.array.slice(3 * at, 3 * at + 3)]);
+  return found;
+}"""
+SQUARE = """# a square, with its corners counted from the front and from the back
+v 0 0 0
+v 1 0 0 0.5 0.5 0.5
+v 1 1 0
+v 0 1 0
+f 1/1 2//7 -2 \\
+  -1/4
+"""
+NORMAL_GIVEN = 'v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nvn 0 1 0\r\nf 1//1 2//1 3//1\r\n'
+
+
+def load(page: Any, url: str) -> Any:
+    """Load a mesh; return its triangles."""
+    page.evaluate(LOAD, url)
+    return until(page, TRIANGLES)
+
+
 @pytest.fixture(autouse=True)
 def nothing_left_behind() -> None:
     """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
@@ -71,6 +100,16 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     # A frame that nothing joins to the robot's is named, and its layer not drawn.
     page.wait_for_selector('[data-layer-note="/stray_scan"]:has-text("nowhere")')
     assert spots('/stray_scan') == []
+
+    # Meshes in OBJ become triangles, with normals of their own if the file has none.
+    page.route('**/square.obj', lambda route: route.fulfill(body=SQUARE))
+    page.route('**/given.obj', lambda route: route.fulfill(body=NORMAL_GIVEN))
+    flat = [0, 0, 1]
+    assert load(page, '/square.obj') == [
+        [0, 0, 0, 1, 0, 0, 1, 1, 0, *flat],
+        [0, 0, 0, 1, 1, 0, 0, 1, 0, *flat],
+    ]
+    assert load(page, '/given.obj') == [[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0]]
 
     # What is switched off is gone.
     picture(page, 'layers')

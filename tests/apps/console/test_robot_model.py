@@ -108,7 +108,9 @@ def test_meshes_are_files_of_packages_alone(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / 'share' / 'outside.stl').write_bytes(b'solid')
     (share / 'link.stl').symlink_to(tmp_path / 'share' / 'outside.stl')
     monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    (share / 'meshes' / 'hand.OBJ').write_bytes(b'v 0 0 0')
     assert mesh_file('package://arm/meshes/hand.stl').name == 'hand.stl'
+    assert mesh_file('package://arm/meshes/hand.OBJ').name == 'hand.OBJ'
     for name in (
         'file:///etc/passwd',
         '/etc/passwd',

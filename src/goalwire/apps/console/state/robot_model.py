@@ -21,7 +21,7 @@ from goalwire.transforms.urdf import Kinematics
 from goalwire.xml_tree import Element
 
 MOST_MESH_BYTES = 64 << 20
-MESH_SUFFIXES = frozenset({'.stl', '.glb', '.gltf'})
+MESH_SUFFIXES = frozenset({'.stl', '.obj', '.glb', '.gltf'})
 
 ShapeKind: TypeAlias = Literal['box', 'cylinder', 'sphere', 'mesh']
 Colour: TypeAlias = tuple[float, float, float, float]

@@ -1,48 +1,6 @@
 // Shapes of a robot's links: boxes, spheres, cylinders, and meshes from files.
-import { GLTFLoader, STLLoader, THREE } from "nicegui-scene";
-
-const CREASE = Math.cos(0.6); // where triangles meet at a larger angle, an edge stays an edge
-const MOST_SMOOTHED = 200_000; // triangles of a mesh
-
-// An STL has one normal for each triangle, so a round shell would show its facets.
-function soften(geometry) {
-  const spots = geometry.getAttribute("position"), flat = geometry.getAttribute("normal");
-  if (spots.count > 3 * MOST_SMOOTHED) return geometry;
-  const meeting = new Map(); // by place: the corners of triangles there
-  const places = [];
-  for (let at = 0; at < spots.count; at++) {
-    const place = [spots.getX(at), spots.getY(at), spots.getZ(at)].map((each) => Math.round(each * 1e5)).join();
-    places.push(place);
-    if (!meeting.has(place)) meeting.set(place, []);
-    meeting.get(place).push(at);
-  }
-  const [own, other, sum] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
-  const normals = new Float32Array(3 * spots.count);
-  for (let at = 0; at < spots.count; at++) {
-    own.fromBufferAttribute(flat, at);
-    sum.set(0, 0, 0);
-    for (const corner of meeting.get(places[at])) {
-      other.fromBufferAttribute(flat, corner);
-      if (own.dot(other) >= CREASE) sum.add(other);
-    }
-    sum.normalize().toArray(normals, 3 * at);
-  }
-  geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
-  return geometry;
-}
-
-function load(url, group, material, changed) {
-  const added = (object) => {
-    object.traverse((each) => (each.castShadow = true));
-    group.add(object);
-    changed();
-  };
-  if (url.endsWith(".stl")) {
-    new STLLoader().load(url, (geometry) => added(new THREE.Mesh(soften(geometry), material)));
-  } else {
-    new GLTFLoader().load(url, (loaded) => added(loaded.scene));
-  }
-}
+import { THREE } from "nicegui-scene";
+import { load_mesh } from "./meshes.js";
 
 // `changed` is called when a mesh has come from its file.
 export function mesh_of(shape, changed) {
@@ -63,7 +21,11 @@ export function mesh_of(shape, changed) {
   } else {
     object = new THREE.Group();
     object.scale.set(...shape.size);
-    load(shape.url, object, material, changed);
+    load_mesh(shape.url, material, (mesh) => {
+      mesh.traverse((each) => (each.castShadow = true));
+      object.add(mesh);
+      changed();
+    });
   }
   object.traverse((each) => (each.castShadow = each.receiveShadow = true));
   return object;
