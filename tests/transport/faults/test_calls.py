@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 from helpers.collector import Collector
 from helpers.hand_clock import HandClock
+from helpers.patience import wait_for
 from helpers.wire import BARE, Answers, ContentClient, Side
 
 from goalwire.errors import LocalError
@@ -96,6 +97,7 @@ def test_requests_and_replies_travel_for_as_long_as_the_delay(
     answers.ask(connected(sides, server))
     clock.advance(1.0)
     server.asked.expect(1)
+    wait_for(lambda: faults.under_way == 1, 'the reply')  # the server replies after it has noted the request
     assert answers.replies.items == []
     clock.advance(1.0)
     answers.expect(replies=1)
