@@ -15,7 +15,7 @@ _COMPILED = ROOT / '.pytest_cache' / 'node'
 the time."""
 
 _SHORT_LIVED = '--js-flags=--no-opt --no-maglev'
-"""To optimise the code of a page that lives for seconds takes a fifth of the page's time, and saves less."""
+"""To optimise the code of a page that lives for seconds takes a twentieth of its time, and saves less."""
 
 
 @contextmanager
