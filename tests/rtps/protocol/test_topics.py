@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from goalwire.records import replace
 from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.lingering import LINGER_S
 from goalwire.rtps.protocol.participant import Participant
 from goalwire.rtps.protocol.primitives import LARGE
 from goalwire.rtps.protocol.qos import BEST_EFFORT, RELIABLE, TRANSIENT_LOCAL, Qos
@@ -205,6 +206,35 @@ def test_writers_and_readers_of_one_participant(same: bool) -> None:
     assert collector.payloads == [_payload(number) for number in range(100)]
     one.delete(writer)
     assert collector.matched == []
+
+
+def test_a_deleted_writer_goes_once_its_last_sample_has_arrived() -> None:
+    network = Network()
+    one, _ = network.participant(settings={'announce_s': 1000.0})
+    other, watcher = network.participant(settings={'announce_s': 1000.0})
+    publisher, collector = Publisher(), Collector()
+    writer = one.create_writer('t', 'T', KEEP_ALL, publisher)
+    other.create_reader('t', 'T', KEEP_ALL, collector)
+    assert network.run(1, lambda: publisher.matched and collector.matched)
+    network.run(3)
+    network.cut = lambda _from, _to: True
+    writer.write(_payload(1))
+    one.delete(writer)
+    one.delete(writer)
+    network.run(LINGER_S / 2)
+    network.cut = lambda _from, _to: False
+    assert network.run(LINGER_S / 2, lambda: not watcher.endpoints)
+    assert collector.payloads == [_payload(1)]
+
+
+def test_a_deleted_writer_waits_a_second_for_a_reader_that_is_silent() -> None:
+    network = Network()
+    one, writer, collector = _meet_on_one_host(network)
+    network.cut = lambda _from, to: to == '10.0.0.1'
+    writer.write(_payload(1))
+    one.delete(writer)
+    assert not network.run(LINGER_S - 0.01, lambda: not collector.matched)
+    assert network.run(0.02, lambda: not collector.matched)
 
 
 @settings(max_examples=10, deadline=None)

@@ -135,9 +135,14 @@ class Matching:
         if isinstance(endpoint, Reader):
             for writer in list(endpoint.writers):
                 self.unroute(writer, endpoint.entity_id)
-        self.lose(self.own, endpoint.data.guid)
+        self.match_no_more(endpoint)
+        self._unmatch(endpoint.data)
         endpoint.stop()
         return True
+
+    def match_no_more(self, endpoint: Writer | Reader) -> None:
+        """Match a local endpoint with none of those that come from now on."""
+        self.own.endpoints.pop(endpoint.data.guid, None)
 
     def _endpoints_of(self, topic: str, *, are_writers: bool) -> list[EndpointData]:
         return [

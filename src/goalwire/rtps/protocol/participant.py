@@ -177,7 +177,11 @@ class Participant(Wire):
         self.run(partial(self._tell_gone, guid), None)
 
     def delete(self, endpoint: Writer | Reader) -> None:
-        """Remove a writer or a reader, and tell all participants that it has gone."""
+        """Remove a writer or a reader, and tell all participants that it has gone.
+
+        A writer whose readers have not acknowledged all samples goes only then, or after `LINGER_S`: a reader
+        ignores what a writer has sent before, once it knows that the writer has gone.
+        """
         self.run(partial(self._delete, endpoint), None)
 
     def vendor_of(self, prefix: bytes) -> bytes:
@@ -223,6 +227,13 @@ class Participant(Wire):
             self._discovery.tell_gone(guid)
 
     def _delete(self, endpoint: Writer | Reader) -> None:
+        if isinstance(endpoint, Writer):
+            self._known.match_no_more(endpoint)
+            endpoint.linger(partial(self._remove, endpoint))
+        else:
+            self._remove(endpoint)
+
+    def _remove(self, endpoint: Writer | Reader) -> None:
         if self._known.remove(endpoint):
             self._discovery.tell_gone(endpoint.data.guid)
 

@@ -7,12 +7,14 @@ local). A sample that is too large for a packet is sent in fragments (`fragment_
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 from goalwire.rtps.protocol.announcements import EndpointData
 from goalwire.rtps.protocol.fragment_windows import FragmentWindows
 from goalwire.rtps.protocol.fragments import FRAGMENT_SIZES, FragmentSizes
 from goalwire.rtps.protocol.history import Change, HistoryCache
+from goalwire.rtps.protocol.lingering import Lingering, is_delivered
 from goalwire.rtps.protocol.primitives import INFINITE, NS, Address
 from goalwire.rtps.protocol.qos import MANUAL_BY_TOPIC, RELIABLE, TRANSIENT_LOCAL
 from goalwire.rtps.protocol.reader_proxy import MOST_PATIENCE_S, ReaderProxy
@@ -86,6 +88,7 @@ class Writer:
         self.on_nack_frag = self._windows.on_nack_frag
         self._deadline: Watch | None = None
         self._lease: Watch | None = None
+        self._lingering: Lingering | None = None
 
     def start(self) -> None:
         """Watch the writer's deadline and lease from now on. Called inside `Wire.run`."""
@@ -228,6 +231,8 @@ class Writer:
         if self._wire.on_acknowledged is not None:
             self._wire.tell(self._wire.on_acknowledged)
         self._offer_room()
+        if self._lingering is not None:
+            self._lingering.note_acknowledged()
 
     def _offer_room(self) -> None:
         """Report room if the writer was full; the room may be for samples to only one reader."""
@@ -315,12 +320,32 @@ class Writer:
             proxy.address = address
             self._output.note_readers()
 
+    def linger(self, end: Callable[[], None]) -> None:
+        """Call `end` once the readers have all samples, at most after `LINGER_S`. Called inside `Wire.run`.
+
+        The listener hears of nothing any more. A second call does nothing.
+        """
+        if self._lingering is not None:
+            return
+        if is_delivered(self._output):
+            end()
+            return
+        self.listener = WriterListener()
+        self._unwatch()
+        self._lingering = Lingering(self._wire, self._output, end)
+        self.ask_now()
+
     def stop(self) -> None:
         """Stop sending. Called inside `Wire.run`."""
         self._repairs.stop()
         self._windows.stop()
+        self._unwatch()
+        if self._lingering is not None:
+            self._lingering.stop()
+        self.readers.clear()
+        self._output.note_readers()
+
+    def _unwatch(self) -> None:
         for watch in (self._deadline, self._lease):
             if watch is not None:
                 watch.stop()
-        self.readers.clear()
-        self._output.note_readers()

@@ -8,6 +8,7 @@ from itertools import count
 from time import time_ns
 
 from goalwire.rtps.protocol.announcements import EndpointData as RtpsEndpoint
+from goalwire.rtps.protocol.lingering import LINGER_S
 from goalwire.rtps.protocol.writer import WriterListener
 from goalwire.transport.contract import Endpoint, Sample, new_sample
 from goalwire.transport.dds.description import GUID_PREFIX_SIZE, EndpointData, Role
@@ -53,6 +54,9 @@ class NativeClient(ClientEnd):
         self._waiting = WaitingSamples()
         self._dialects: dict[bytes, Dialect] = {}
         """The forms of requests that the servers expect, by the GUIDs of their readers."""
+        self._leaving: dict[bytes, str] = {}
+        """The servers whose readers have gone and whose writers have not, by the GUIDs of their readers, each
+        with its `side_of`."""
         self._awaited = context.awaited
         self._reaches = False
         self._has_begun = False
@@ -198,9 +202,28 @@ class NativeClient(ClientEnd):
             self.look()
             self._context.notifier.connected()
 
-    def lose_server(self, reader: bytes) -> None:
+    def lose_reader(self, reader: RtpsEndpoint) -> None:
+        """Note that a server's reader has gone. Its replies to earlier requests may still come.
+
+        A server that ends after its reply deletes its reader at once. Its writer stays until the reply is
+        acknowledged, at most `LINGER_S`, so the calls wait for the end of the writer.
+        """
+        guid, side = reader.guid, side_of(reader)
+        self._context.participant.run(partial(self._waiting.discard, guid), None)
+        if side in self._replies.writing():
+            self._leaving[guid] = side
+            self._context.call_later(2 * LINGER_S, partial(self._lose_server, guid))
+        else:
+            self._lose_server(guid)
+
+    def lose_writer(self, side: str) -> None:
+        """Note that a server's writer has gone, given by its `side_of`."""
+        for reader in [reader for reader, its_side in self._leaving.copy().items() if its_side == side]:
+            self._lose_server(reader)
+
+    def _lose_server(self, reader: bytes) -> None:
         """Remove a server that has gone from all calls; end calls that wait for no other server."""
-        self._context.participant.run(partial(self._waiting.discard, reader), None)
+        self._leaving.pop(reader, None)
         self._dialects.pop(reader, None)
         for call in list(self._calls.values()):
             number = call.servers.pop(reader, None)
@@ -235,5 +258,5 @@ class _WriterEvents(WriterListener):
         self._client.on_change()
 
     def on_unmatched(self, reader: RtpsEndpoint) -> None:
-        self._client.lose_server(reader.guid)
+        self._client.lose_reader(reader)
         self._client.on_change()

@@ -47,6 +47,9 @@ class ReplyTaker(Protocol):
     def look(self) -> None:
         """Find out again whether a server can be called, and its reply can arrive."""
 
+    def lose_writer(self, side: str) -> None:
+        """Note that a server's writer has gone, given by its `side_of`."""
+
 
 class ReplyReader(ReaderListener):
     """Reads the replies of one service, and gives each to the client whose request it answers."""
@@ -117,6 +120,10 @@ class ReplyReader(ReaderListener):
             if proxy.next or not proxy.is_reliable or proxy.matched_at <= long_ago
         }
 
+    def writing(self) -> set[str]:
+        """Return the servers, as `side_of` names them, whose writers are matched with this reader."""
+        return {side_of(proxy.data) for proxy in list(self.reader.writers.values())}
+
     def _look(self) -> None:
         for client in self._clients.copy():
             client.look()
@@ -128,8 +135,11 @@ class ReplyReader(ReaderListener):
     def on_answered(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
         self._look()
 
-    def on_unmatched(self, writer: RtpsEndpoint) -> None:  # noqa: ARG002
+    def on_unmatched(self, writer: RtpsEndpoint) -> None:
         self._look()
+        side = side_of(writer)
+        for client in self._clients.copy():
+            client.lose_writer(side)
 
 
 class ReplyReaders:
