@@ -307,7 +307,9 @@ def test_who_holds_the_port_and_is_no_router_is_named_and_costs_little(
         alone.write_line('close')
         output = alone.succeed()
     assert 'cut short' not in output
-    (line,) = [line for line in output.splitlines() if 'WARN' in line]
+    lines = [line for line in output.splitlines() if 'WARN' in line]
+    assert len(lines) == 1, output
+    (line,) = lines
     assert what in line
     assert 'GOALWIRE_ROUTER_PORT' in line
     if sys.platform == 'linux':

@@ -240,8 +240,8 @@ def _secure(enclave: str) -> PolicyEnforcement | None:
 def _greet_holder(plan: Plan) -> Holder:
     """Return the kind of program on the rendezvous's port; warn if that is not a router.
 
-    In that case the session goes on trying, but waits only shortly for each answer, so that it can be closed
-    at any time.
+    In that case the session goes on trying. One of eclipse-zenoh waits only shortly for each answer, so that
+    it can be closed at any time, as goalwire's own can.
     """
     if plan.local is None:
         return Holder.NOBODY
@@ -250,7 +250,8 @@ def _greet_holder(plan: Plan) -> Holder:
     found = look(plan.local)
     if found not in NO_ROUTER:
         return found
-    plan.session.set('transport/unicast/open_timeout', GREETING_MS)
+    if environment.zenoh_choice() == ECLIPSE:
+        plan.session.set('transport/unicast/open_timeout', GREETING_MS)
     if found is Holder.TLS and plan.gives_way:
         RENDEZVOUS.hesitate(plan.local)
     from goalwire.logging import get_logger  # imported here: needed only for a warning
