@@ -45,12 +45,7 @@ def play(page: Path, folder: Path, server: ForkServer | None = None) -> int:
         player = _Player(folder, stack, server)
         for block in blocks(page):
             player.play(block)
-        for program, output in player.staying:
-            _expect(program, output)
-            program.send_signal(signal.SIGINT)
-            code = program.wait(_PATIENCE)
-            ends = _COMMAND_ENDS if program in player.commands else {0, -signal.SIGINT}
-            assert code in ends, f'ended with code {code}\n{program.output}'
+        player.interrupt(player.recorders + player.staying)
         return player.count
 
 
@@ -62,9 +57,20 @@ class _Player:
         self._env = isolated_env(NETWORK) | {'HUMANOID_PHYSICS': '0'}  # the body of an install without extras
         self.staying: list[tuple[Program, list[str]]] = []
         """Programs of terminals that end with ^C, and what they still have to print."""
+        self.recorders: list[tuple[Program, list[str]]] = []
+        """The same for those that record a bag: they end before the bag is read."""
         self.commands: list[Program] = []
         """Those of the command line."""
         self.count = 0
+
+    def interrupt(self, ending: list[tuple[Program, list[str]]]) -> None:
+        """Type the ^C of some programs, each once it has printed the rest of its output."""
+        for program, output in ending:
+            _expect(program, output)
+            program.send_signal(signal.SIGINT)
+            code = program.wait(_PATIENCE)
+            ends = _COMMAND_ENDS if program in self.commands else {0, -signal.SIGINT}
+            assert code in ends, f'ended with code {code}\n{program.output}'
 
     def play(self, block: Block) -> None:
         if block.title:
@@ -78,10 +84,14 @@ class _Player:
                 self._type(command, output)
 
     def _type(self, command: str, output: list[str]) -> None:
+        if command.startswith('ros2 bag '):  # which may read a bag: its recorder has to end before
+            self.interrupt(self.recorders)
+            self.recorders.clear()
         program = self._run(command)
         if output[-1:] == ['^C']:
             _expect(program, output[:1])
-            self.staying.append((program, output[1:-1]))
+            stays = self.recorders if command.startswith('ros2 bag record ') else self.staying
+            stays.append((program, output[1:-1]))
             return
         _expect(program, output)
         code = program.wait(_PATIENCE)
