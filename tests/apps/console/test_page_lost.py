@@ -26,6 +26,10 @@ STATES = """() => {
   window.states = [];
   const tell = state => window.states.push([state, performance.now()]);
   goalwireStop.$watch('report.state', tell, { flush: 'sync' }); }"""
+CONNECT_AGAIN = """() => {
+  socket.io.opts.query.next_message_id = window.nextMessageId; // as before each attempt of its own
+  socket.io.reconnection(true);
+  socket.connect(); }"""
 TIMEOUTS = """() => {
   socket.io.timeout(1000);
   window.timeouts = 0;
@@ -174,7 +178,7 @@ def test_a_press_goes_on_by_a_request_if_the_web_socket_is_lost(stage: Stage, op
     alice.expect(ASKED)
     page.wait_for_selector('[data-stop-report=stopped]:has-text("/alice/emergency_stop stopped after")')
     picture(page, 'stop-without-web-socket')
-    page.evaluate('() => { socket.io.reconnection(true); socket.connect(); }')
+    page.evaluate(CONNECT_AGAIN)
     page.wait_for_selector('[data-lost]', state='hidden')
     page.wait_for_selector('[data-banner=stopped]')
     assert alice.output.count(ASKED) == 1, 'both ways together are one press'
