@@ -232,6 +232,8 @@ def test_half_filled_forms_outlive_a_console_that_is_started_anew(stage: Stage, 
     page.click('[data-add=parts]')
     page.wait_for_selector('[data-field="parts[0].label"]')
     page.click('[data-add=parts]')
+    # The first field of the new item gets the focus.
+    until(page, """() => document.activeElement?.matches('[data-field="parts[1].size"]')""")
     page.fill('[data-field="parts[1].label"]', 'second')
     page.fill('[data-deadline]', '3')
     console.kill()
