@@ -98,6 +98,7 @@ class _Server:
             data = b''  # the program that asked before was killed
         if not data:
             if channel is self._channel:
+                self._end_programs()
                 return False
             self._selector.unregister(channel)
             channel.close()
@@ -125,6 +126,15 @@ class _Server:
                 os.close(key.fd)
                 os.close(key.data[1])
         self._selector.close()
+
+    def _end_programs(self) -> None:
+        """Kill the programs that still run: if their tests were killed, nobody else would."""
+        for key in self._selector.get_map().values():
+            if not isinstance(key.fileobj, socket.socket):
+                with suppress(ProcessLookupError):
+                    os.killpg(key.data[0], signal.SIGKILL)
+                with suppress(ProcessLookupError):
+                    signal.pidfd_send_signal(key.fd, signal.SIGKILL)  # it may not lead its group yet
 
     def _tell_end(self, watched: int, child: int, ended: int) -> None:
         self._selector.unregister(watched)

@@ -132,8 +132,13 @@ class ForkServer(Forker):
         command = [sys.executable, str(fork_server.PROGRAM), str(other.fileno()), *_OPENED, *modules]
         settings = {'PYTHONIOENCODING': 'utf-8', 'OPENBLAS_NUM_THREADS': '1'}
         with other:
+            # A session of its own: a signal to the tests' process group must not end it before it has ended
+            # its programs.
             self._process = subprocess.Popen(
-                command, pass_fds=[other.fileno()], env={**environment, **settings}
+                command,
+                pass_fds=[other.fileno()],
+                env={**environment, **settings},
+                start_new_session=True,
             )
 
     def __enter__(self) -> Self:
@@ -143,7 +148,7 @@ class ForkServer(Forker):
         self.close()
 
     def close(self) -> None:
-        """End the server. Programs that still run go on."""
+        """End the server, which kills the programs that still run."""
         self._channel.close()
         self._process.wait()
 

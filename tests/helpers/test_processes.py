@@ -166,6 +166,29 @@ def test_a_forked_program_has_programs_forked_and_the_server_outlives_it() -> No
             assert program.succeed() == '1'
 
 
+def test_forked_programs_end_with_the_tests_that_started_them() -> None:
+    tests = """
+        import os
+        from helpers.forking import ForkServer
+        server = ForkServer([], os.environ)
+        child = server.start('import time; print("runs", flush=True); time.sleep(600)', [], environment={})
+        print(child.pid, child.stdout.readline().decode(), end='', flush=True)
+        input()
+    """
+    env = {**os.environ, 'PYTHONPATH': str(Path(__file__).parents[1])}
+    with Program(tests, env=env) as running:
+        pid = int(running.expect(r'^(\d+) runs$')[1])
+        child = os.pidfd_open(pid)
+        running.kill()
+    poll = select.poll()
+    poll.register(child, select.POLLIN)
+    has_ended = bool(poll.poll(PATIENCE * 1000))
+    os.close(child)
+    if not has_ended:
+        os.kill(pid, signal.SIGKILL)
+    assert has_ended
+
+
 def test_the_lines_of_a_forked_program_are_whole_even_if_its_server_was_started_unbuffered() -> None:
     """Each piece of a print is written by itself there, and a line of the log can come between."""
     source = """
