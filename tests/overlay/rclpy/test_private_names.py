@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from threading import Event
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ from example_interfaces.action import Fibonacci
 from helpers.actions import Arena, succeed
 from helpers.collector import Collector
 from helpers.patience import PATIENCE
-from helpers.spinning import MakeNode, Spin, wait_until
+from helpers.spinning import MakeNode, Spin
 from rcl_interfaces.msg import ParameterEvent, SetParametersResult
 from rclpy import _rclpy_pybind11
 from rclpy.action import ActionServer
@@ -30,6 +31,8 @@ from rclpy.task import Future
 from rclpy.time_source import TimeSource
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
+
+from goalwire.execution.waitable import watch
 
 
 @pytest.fixture
@@ -128,8 +131,10 @@ def test_a_request_that_is_taken_by_hand_says_when_it_was_sent(node: Node) -> No
     client = node.create_client(SetBool, 'switch')
     assert client.wait_for_service(PATIENCE)
     before = node.get_clock().now().nanoseconds
+    has_come = Event()
+    watch(service.event_queue, has_come.set)
     sent = client.call_async(SetBool.Request(data=True))
-    wait_until(node.context, lambda: len(service.event_queue) == 1)
+    assert has_come.wait(PATIENCE)
     request, header = service.handle.service_take_request(SetBool.Request)
     assert request is not None
     assert header is not None
@@ -139,14 +144,14 @@ def test_a_request_that_is_taken_by_hand_says_when_it_was_sent(node: Node) -> No
 
 
 def test_an_executor_makes_futures_and_tells_whether_it_spins(node: Node, executor: Any) -> None:
-    seen = []
+    seen: Collector[bool] = Collector()
     assert not executor.is_spinning
     future = executor.create_future()
-    future.add_done_callback(lambda _: seen.append(executor.is_spinning))
+    future.add_done_callback(lambda _: seen(executor.is_spinning))
     future.set_result('done')
-    assert seen == []
+    assert seen.items == []
     executor.spin_once(timeout_sec=PATIENCE)
-    wait_until(node.context, lambda: seen == [True])
+    assert seen.expect() == [True]
 
 
 def test_a_future_names_its_executor(node: Node, executor: Any) -> None:
