@@ -82,6 +82,8 @@ def take(page: Page, url: str, file: Path) -> None:
         arg=list(GOAL),
     )
     page.mouse.move(500, 760)
+    # The page is grey while it hears nothing from the console, as on a busy computer.
+    page.wait_for_function("() => !document.body.classList.contains('gw-is-lost')")
     # On a slow computer the page draws ever less detail while the robot walks. The picture has all of it.
     page.evaluate(
         '() => { const scene = goalwireScene; scene.level = Infinity; scene.sun.castShadow = true;'
