@@ -135,9 +135,9 @@ class WaypointsManner:
     def poses(self, request: FollowWaypoints.Goal) -> Sequence[PoseStamped]:
         poses, start, loops = list(request.poses), request.goal_index, request.number_of_loops
         if start >= len(poses):
-            raise Refused(f'goal_index {start} is not the number of one of {len(poses)} poses')
+            raise Refused(f'goal_index {start} is not below the number of poses, {len(poses)}')
         if len(poses) * (loops + 1) > MOST_POSES:
-            raise Refused(f'{len(poses)} poses {loops + 1} times are more than {MOST_POSES}')
+            raise Refused(f'{len(poses)} poses in {loops + 1} loops are more than {MOST_POSES}')
         return poses[start:] + poses * loops
 
     def time_allowed(self, _request: FollowWaypoints.Goal) -> float:

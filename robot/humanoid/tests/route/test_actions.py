@@ -44,9 +44,9 @@ def test_the_waypoint_that_was_not_reached_is_named() -> None:
 @pytest.mark.parametrize(
     ('request_', 'why'),
     [
-        (goal(0), 'goal_index 0 is not the number of one of 0 poses'),
+        (goal(0), 'goal_index 0 is not below the number of poses, 0'),
         (goal(2, start=2), 'goal_index 2'),
-        (goal(2, loops=2**32 - 1), '2 poses 4294967296 times are more than 100'),
+        (goal(2, loops=2**32 - 1), '2 poses in 4294967296 loops are more than 100'),
     ],
     ids=['no poses', 'an index behind the last pose', 'loops without end'],
 )
