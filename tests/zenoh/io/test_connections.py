@@ -634,7 +634,7 @@ def test_handshakes_that_fail_get_more_time_and_longer_pauses(monkeypatch: pytes
     dial = a_dial(waits, Retry(0.1, 0.4), open_s=60.0)
     times = [dial.handshake_s]
     for _ in range(8):
-        dial.note_refusal()
+        dial.note_refusal(took_too_long=True)
         times.append(dial.handshake_s)
     assert times == [10, 20, 40, 60, 60, 60, 60, 60, 60]
     assert pauses == [0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 4.0, 4.0]
@@ -642,10 +642,34 @@ def test_handshakes_that_fail_get_more_time_and_longer_pauses(monkeypatch: pytes
     assert pauses.pop() == 0.4
     dial.note_success()
     assert dial.handshake_s == 10
-    dial.note_refusal()
+    dial.note_refusal(took_too_long=False)
     assert pauses.pop() == 0.1
+    assert dial.handshake_s == 10  # time was not what it lacked
     assert a_dial(waits, Retry(), open_s=1.0).handshake_s == 1
     waits.close()
+
+
+@pytest.mark.parametrize('mode', ['silent', 'hangs up'])
+def test_an_address_without_a_handshake_does_not_keep_a_client_from_the_next(
+    listener: Ours, monkeypatch: pytest.MonkeyPatch, mode: str
+) -> None:
+    monkeypatch.setattr(bounds, 'HANDSHAKE_S', 1.0)
+    monkeypatch.setattr(native_session, 'CONNECTING_S', PATIENCE)
+    with socket.create_server(('127.0.0.1', 0)) as server:
+
+        def hang_up() -> None:
+            with suppress(OSError):
+                while True:
+                    server.accept()[0].close()
+
+        if mode == 'hangs up':
+            threading.Thread(target=hang_up, daemon=True).start()
+        addresses = f'tcp/127.0.0.1:{server.getsockname()[1]}', listener.protocol.gossip.locators[0]
+        try:
+            with closing(Ours('client', connect=addresses)) as client:
+                assert client.links() == {listener.id}
+        finally:
+            server.shutdown(socket.SHUT_RDWR)  # an accept() that waits notices it, and not a close
 
 
 def test_sessions_that_lose_their_router_at_once_dial_it_again_at_different_times(

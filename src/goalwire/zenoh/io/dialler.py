@@ -5,9 +5,9 @@ up on a thread of its own, which ends with the answer. After a failure the next 
 the last address comes a pause, which doubles from one round to the next.
 
 After a power cut a thousand sessions dial their router at once. A handshake that is given up has cost the
-router as much as one that succeeds, and it comes again. So the session waits longer for each further
-handshake, pauses longer after one that has failed than after a closed port, and makes each pause a random
-part shorter than the others do.
+router as much as one that succeeds, and it comes again. So the session waits longer for the next handshake
+after one that took too long, pauses longer after one that has failed than after a closed port, and makes
+each pause a random part shorter than the others do.
 """
 
 from __future__ import annotations
@@ -127,8 +127,8 @@ class Dial:
     ) -> None:
         """`when_failed` is called after each failed round; `expected` is the id that must answer, if known.
 
-        A handshake may take `open_s` at most: the first one as long as usual, the next ones longer. All dials
-        of nodes from gossip share `slots` and `look_ups`.
+        A handshake may take `open_s` at most: the first one as long as usual, the one after it longer if it
+        took too long. All dials of nodes from gossip share `slots` and `look_ups`.
         """
         self._open_s = bounds.HANDSHAKE_S if open_s is None else open_s
         self.handshake_s = min(bounds.HANDSHAKE_S, self._open_s)
@@ -151,6 +151,8 @@ class Dial:
         self._when_connected = when_connected
         self._when_failed = when_failed
         self._pause = retry.first_s
+        self._most_pause_s = retry.most_s
+        """How long the pause after this round may be."""
         self._endpoints: list[tuple[str, Endpoint]] = []
         self._addresses: list[tuple[socket.AddressFamily, Any]] = []
         self._lock = RLock()
@@ -183,6 +185,7 @@ class Dial:
 
     def _begin_round(self) -> None:
         """Parse all addresses anew and try the first. A malformed address only sets `error`."""
+        self._most_pause_s = self._retry.most_s
         self._endpoints, self._addresses = [], []
         for locator in self.locators:
             try:
@@ -288,20 +291,16 @@ class Dial:
                 self._discard_socket(sock)
                 sock.close()
 
-    def _pause_after_round(self, most_s: float = 0.0) -> None:
-        """End a failed round: give the slot up, then wait for the next round or give the dial up.
-
-        Pauses grow to that of the settings, or to `most_s` if that is longer.
-        """
+    def _pause_after_round(self) -> None:
+        """End a failed round: give the slot up, then wait for the next round or give the dial up."""
         self._give_slot()
         self.failed_rounds += 1
         retry = self._retry
         if retry.rounds is not None and self.failed_rounds >= retry.rounds:
             self.is_over = True
         else:
-            most_s = max(retry.most_s, most_s)
-            self._begin_after(min(self._pause, most_s))
-            self._pause = min(self._pause * retry.factor, most_s)
+            self._begin_after(min(self._pause, self._most_pause_s))
+            self._pause = min(self._pause * retry.factor, self._most_pause_s)
         self._when_failed(self)
 
     def _begin_after(self, pause: float) -> None:
@@ -315,11 +314,18 @@ class Dial:
             self.failed_rounds = 0
             self._begin_after(self._pause)
 
-    def note_refusal(self) -> None:
-        """Count the round as failed, since the handshake has failed or has taken too long."""
-        if not self.is_over:
+    def note_refusal(self, *, took_too_long: bool) -> None:
+        """Try the next address, since the handshake at this one has failed or has taken too long.
+
+        A node from gossip often refuses because it dials this side at the same moment: that gets time first.
+        """
+        if took_too_long:
             self.handshake_s = min(2 * self.handshake_s, self._open_s)
-            self._pause_after_round(MOST_AFTER_HANDSHAKE_S)
+        self._most_pause_s = max(self._retry.most_s, MOST_AFTER_HANDSHAKE_S)
+        if self.expected is None:
+            self._next()
+        elif not self.is_over:
+            self._pause_after_round()
 
     def note_success(self) -> None:
         """Take note that the link is up: failures are counted from 0 again."""

@@ -104,8 +104,11 @@ class Dials:
         """Forget an ended link. Return the dial that had led to it; None if the other side opened it."""
         return self._dialled.pop(link, None)
 
-    def dial_again(self, dial: Dial, link: Link, why: str, *, is_linked: bool) -> None:
-        """Connect again after the end of a link that `dial` had led to, unless the node is linked again."""
+    def dial_again(self, dial: Dial, link: Link, why: str, *, is_linked: bool, took_too_long: bool) -> None:
+        """Connect again after the end of a link that `dial` had led to, unless the node is linked again.
+
+        `took_too_long`: its handshake did.
+        """
         if is_linked and dial.expected is not None:
             dial.close()
             self._dials.pop(dial.expected, None)
@@ -114,7 +117,7 @@ class Dials:
         if link.terms is not None:
             dial.try_again()
         else:
-            dial.note_refusal()
+            dial.note_refusal(took_too_long=took_too_long)
 
     def node_to_meet(self, zid: bytes) -> Node | None:
         """Return a lost node if this side has to dial it again; else forget it, since it dials this side."""

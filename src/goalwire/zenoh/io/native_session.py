@@ -250,7 +250,8 @@ class NativeSession:
         # The session at the other end may still be linked, by a link that has replaced this one.
         is_linked = bool(link.zid) and self.protocol.is_linked(link.zid)
         if dial is not None:
-            self._dials.dial_again(dial, link, why, is_linked=is_linked)
+            late = socket_link.took_too_long
+            self._dials.dial_again(dial, link, why, is_linked=is_linked, took_too_long=late)
         elif link.terms is not None and not is_linked:
             node = self._dials.node_to_meet(link.zid)
             if node is not None:

@@ -100,6 +100,8 @@ class SocketLink:
         """Threads that wait for room in the link's queue."""
         self._wants_room = False
         self._has_ended = False
+        self.took_too_long = False
+        """True if the handshake was given up, since it took too long."""
         self._recv: Callable[[int], bytes] = sock.recv
         self._send: Callable[[Buffer, int], int] = sock.send
         self._sendmsg: Callable[[list[Buffer], tuple[()], int], int] = (
@@ -252,6 +254,7 @@ class SocketLink:
 
     def _check_handshake(self) -> None:
         if not self.link.is_up:
+            self.took_too_long = True
             self.end('the handshake took too long', is_fault=True)
 
     def came_up(self) -> None:

@@ -64,8 +64,8 @@ MOST_GREETINGS = 128
 further connection replaces the oldest: handshakes take milliseconds, and a peer that needs seconds rarely
 completes one."""
 HANDSHAKE_S = 10.0
-"""How long a handshake may take, as Zenoh's own default. A session that dials a configured address gives the
-next handshake twice as long, up to the setting `open_timeout`."""
+"""How long a handshake may take, as Zenoh's own default. If one with a configured address took too long, the
+session gives the next one twice as long, up to the setting `open_timeout`."""
 MOST_FAULTS = 100
 """The number of reasons for closing links that the log distinguishes. Numbers within a reason are ignored."""
 
