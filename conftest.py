@@ -17,7 +17,7 @@ from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
 from goalwire import fault_reports, logging
-from goalwire.execution.signal_pipe import signal_pipe
+from goalwire.execution.signals.signal_pipe import signal_pipe
 from goalwire.logging import LogRecord
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions

@@ -12,15 +12,15 @@ from collections.abc import Callable
 from typing import Self
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
-from goalwire.execution.clock import Clock
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.executor import Executor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from goalwire.execution.future import Future
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.ready_queue import NodeWorkQueue
-from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.timer import Timer
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.time.clock import Clock
+from goalwire.execution.time.timer import Timer
 from goalwire.rules.time import ClockType
 
 ROUNDS = 5

@@ -10,7 +10,7 @@ from helpers.loops import Play
 from rosgraph_msgs.msg import Clock
 
 import goalwire
-from goalwire.execution.monotonic import SteadyClock
+from goalwire.execution.time.steady_clock import SteadyClock
 
 
 def test_a_timer_ticks_in_phase_and_what_was_missed_is_one_tick(play: Play) -> None:

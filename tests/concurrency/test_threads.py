@@ -7,8 +7,8 @@ import threading
 import pytest
 
 from goalwire.concurrency.threads import join_begun
-from goalwire.execution.timer_heap import TimerThread
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.time.timer_heap import TimerThread
 
 
 def test_a_thread_that_has_begun_is_waited_for() -> None:

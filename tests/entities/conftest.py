@@ -11,7 +11,7 @@ from helpers.spinning import Spinner
 
 from goalwire.entities.context import Context
 from goalwire.entities.node import NodeCore
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from goalwire.entities.call_context import CallContext
 from goalwire.entities.context import Context
 from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.time.steady_clock import STEADY
 
 
 @pytest.mark.parametrize(

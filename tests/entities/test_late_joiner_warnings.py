@@ -14,8 +14,8 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.spin_watch import SpinWatch
-from goalwire.execution.timer import Timer
+from goalwire.execution.executors.spin_watch import SpinWatch
+from goalwire.execution.time.timer import Timer
 from goalwire.logging.dispatch import add_sink
 from goalwire.logging.record import LogRecord
 from goalwire.records import replace

@@ -18,8 +18,8 @@ from goalwire.entities.client import ClientCore
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import service_support
 from goalwire.errors import DeadlineError, NoServerError, ServerFailedError, ServerLostError
-from goalwire.execution.monotonic import STEADY
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.steady_clock import STEADY
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.rules.retries import CallAttempt, Retry
 from goalwire.transport.contract import Endpoint, EndpointKind, Port, Request, Sample

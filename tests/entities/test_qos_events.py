@@ -12,7 +12,7 @@ from helpers.collector import Collector
 from goalwire.entities.node import NodeCore
 from goalwire.entities.qos_events import EndpointEvents
 from goalwire.execution.ready_queue import NodeWorkQueue, ReadyQueue
-from goalwire.execution.timer_heap import TimerHeap
+from goalwire.execution.time.timer_heap import TimerHeap
 from goalwire.graph.graph import Graph
 from goalwire.rules.qos import DEFAULT, QoS, ReliabilityPolicy
 from goalwire.rules.qos_events import (

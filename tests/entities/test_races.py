@@ -27,7 +27,7 @@ from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import action_support, service_support
 from goalwire.errors import TransportError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.time.steady_clock import STEADY
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.states import GoalStatus
 from goalwire.rules.qos import SERVICES_DEFAULT

@@ -21,7 +21,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from goalwire.entities.type_support import ServiceSupport, service_support
 from goalwire.errors import CallError, DecodeError, EncodeError
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.time.steady_clock import STEADY
 from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.transport.contract import Endpoint, EndpointKind, Port
 

@@ -19,9 +19,9 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import service_support
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.executor import Executor
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from goalwire.rules.qos import SERVICES_DEFAULT
 
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import pytest
 from helpers.execution import SmallContext, SmallNode
 
-from goalwire.execution.executor import Executor
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 
 
 @pytest.fixture

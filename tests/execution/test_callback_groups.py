@@ -15,9 +15,9 @@ from goalwire.execution.callback_groups import (
     ReentrantCallbackGroup,
 )
 from goalwire.execution.event_queue import EventQueue, GuardCondition
-from goalwire.execution.executor import Executor
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 
 
 class Overlaps:

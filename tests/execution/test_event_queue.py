@@ -13,10 +13,10 @@ from goalwire.execution.callback_groups import (
     ReentrantCallbackGroup,
 )
 from goalwire.execution.event_queue import EventQueue, GuardCondition
-from goalwire.execution.executor import Executor
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
-from goalwire.execution.single_threaded import SingleThreadedExecutor
 
 
 def test_each_turn_handles_one_event_and_sources_take_turns(

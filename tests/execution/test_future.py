@@ -12,11 +12,11 @@ import pytest
 from helpers.execution import SmallContext, SmallNode
 from helpers.patience import PATIENCE
 
-from goalwire.execution.executor import Executor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY, Sleeper, SteadyClock
-from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.time.steady_clock import STEADY, Sleeper, SteadyClock
 
 
 class Decoded(Future[int]):

@@ -28,7 +28,9 @@ def test_a_file_imports_from_rows_above_its_own_alone() -> None:
     for file, row in ROWS.items():
         for node in ast.walk(ast.parse((FOLDER / file).read_text(encoding='utf-8'))):
             if isinstance(node, ast.ImportFrom) and (node.module or '').startswith('goalwire.execution.'):
-                target = (node.module or '').removeprefix('goalwire.execution.').replace('.', '/') + '.py'
-                assert ROWS[target] <= row, f'{file} imports {target}, which stands below it'
-                seen += 1
+                target = (node.module or '').removeprefix('goalwire.execution.').replace('.', '/')
+                is_folder = (FOLDER / target).is_dir()
+                for name in [f'{target}/{alias.name}' for alias in node.names] if is_folder else [target]:
+                    assert ROWS[f'{name}.py'] <= row, f'{file} imports {name}.py, which stands below it'
+                    seen += 1
     assert seen > len(ROWS)

@@ -8,12 +8,12 @@ from helpers.execution import SmallContext, SmallNode, Spinning
 from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.stop_conditions import NEVER, StopWhen
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue, ReadyQueue
-from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.spinning import NEVER, StopWhen
-from goalwire.execution.timer_heap import TimerEntry, TimerHeap
-from goalwire.execution.waiting import Waiter
+from goalwire.execution.time.steady_clock import STEADY
+from goalwire.execution.time.timer_heap import TimerEntry, TimerHeap
+from goalwire.execution.waiters import Waiter
 
 HOME = NodeWorkQueue()
 

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 from helpers.patience import PATIENCE
 
-from goalwire.execution.executor import Executor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from goalwire.execution.future import Future
-from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.execution.task import Task
 
 

@@ -8,9 +8,9 @@ from typing import Any, Self
 
 from helpers.patience import PATIENCE
 
-from goalwire.execution.executor import Executor
+from goalwire.execution.executors.executor import Executor
 from goalwire.execution.ready_queue import NodeWorkQueue
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
 
 
 class SmallContext:

@@ -13,9 +13,9 @@ from rclpy.node import Node
 
 from goalwire.entities.context import Context
 from goalwire.entities.graph_waiting import wait_for_graph
-from goalwire.execution.executor import Executor, ExternalShutdownException
+from goalwire.execution.executors.executor import Executor, ExternalShutdownException
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.time.steady_clock import STEADY
 
 T = TypeVar('T')
 

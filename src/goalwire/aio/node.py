@@ -27,7 +27,7 @@ from goalwire.errors import ClosedError
 from goalwire.execution.asyncio.clock import AsyncClock
 from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
 from goalwire.execution.asyncio.waiting import in_thread
-from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.time.steady_clock import timeout_ns
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals.policy import UNLIMITED
 from goalwire.rules.names.robots import RobotView, view_of

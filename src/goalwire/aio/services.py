@@ -11,9 +11,10 @@ from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.call_context import CallContext
 from goalwire.entities.client import ClientCore
 from goalwire.entities.service import ServiceCore
-from goalwire.execution.asyncio.waiting import completion, waker_of
+from goalwire.execution.asyncio.loop_waker import waker_of
+from goalwire.execution.asyncio.waiting import completion
+from goalwire.execution.callback_arguments import check_callback
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.callbacks import check_callback
 from goalwire.logging import get_logger
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.aio.entity import Entity
-from goalwire.execution import timer
 from goalwire.execution.asyncio.waiting import AsyncQueue
+from goalwire.execution.time import timer
 from goalwire.rules.time import S_TO_NS
 
 if TYPE_CHECKING:

@@ -14,10 +14,11 @@ from goalwire.entities.service import ServiceCore
 from goalwire.entities.subscription import MessageInfo, SubscriptionCore
 from goalwire.entities.type_support import MsgT, service_support
 from goalwire.errors import InvalidHandle
-from goalwire.execution import event_queue, timer
+from goalwire.execution import event_queue
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.rclpy_handle import entity_of
 from goalwire.execution.ready_queue import NodeWorkQueue
+from goalwire.execution.time import timer
 from goalwire.rules.qos_events import EventStatus, EventType, changes_between
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.pending_call import PendingCall
     from goalwire.entities.qos_events import TopicEndpoint
-    from goalwire.execution.clock import Clock
-    from goalwire.execution.waiting import ContextLike
+    from goalwire.execution.shutdown_signal import ContextLike
+    from goalwire.execution.time.clock import Clock
     from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Request
 

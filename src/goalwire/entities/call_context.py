@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.entities.graph_waiting import await_graph, where
 from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
-from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.time.steady_clock import timeout_ns
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.context import Context
     from goalwire.entities.node import NodeCore
-    from goalwire.execution.asyncio.waiting import Awaitable
+    from goalwire.execution.asyncio.loop_waker import Awaitable
     from goalwire.transport.contract import GraphEntity
 
 ErrorT = TypeVar('ErrorT', bound=CallError)

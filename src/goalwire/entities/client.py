@@ -35,7 +35,7 @@ from goalwire.errors import (
 )
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future, block_on, cancel_quietly
-from goalwire.execution.monotonic import deadline_after
+from goalwire.execution.time.steady_clock import deadline_after
 from goalwire.logging import get_logger
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind

@@ -23,10 +23,10 @@ from goalwire.entities.endpoint import EndpointPlaces
 from goalwire.entities.rosout import Rosout
 from goalwire.entities.unspun_nodes import UnspunNodes, ends_early
 from goalwire.errors import NotInitializedException, RCLError
-from goalwire.execution import signals, uncaught
 from goalwire.execution.rclpy_handle import handle_of
-from goalwire.execution.timer_heap import TimerThread
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.signals import signal_handlers, uncaught
+from goalwire.execution.time.timer_heap import TimerThread
 from goalwire.execution.weak_methods import weakly
 from goalwire.graph.graph import Graph
 from goalwire.graph.name_conflicts import Mismatch
@@ -110,7 +110,7 @@ class Context:
         self.shutdown_signal.early_looks.append(weakly(self._look_early))
         self.shutdown_signal.spin_listeners.add(self)
         uncaught.install_excepthooks()
-        signals.register(self.shutdown_signal)
+        signal_handlers.register(self.shutdown_signal)
         _contexts.add(self)
 
     def _configure_logging(self) -> None:
@@ -220,7 +220,7 @@ class Context:
             self.shutdown_signal.end('shutdown')
             self._run_shutdown_callbacks()
         finally:
-            signals.unregister(self.shutdown_signal)
+            signal_handlers.unregister(self.shutdown_signal)
             self.deadlines.close()
             self.sends.close()
             self.rosout.close()
@@ -250,7 +250,7 @@ class Context:
             self._let_go()
 
     def _let_go(self) -> None:
-        signals.unregister(self.shutdown_signal)
+        signal_handlers.unregister(self.shutdown_signal)
         leak(self._session)
         self._session = None
         if self._logs:
@@ -343,7 +343,7 @@ class Context:
             raise
         self._session, self._graph = session, graph
         self.shutdown_signal.take_session(session)
-        signals.handle_in_child()
+        signal_handlers.handle_in_child()
 
 
 _AT_EXIT = 'exit'

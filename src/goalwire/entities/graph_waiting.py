@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.context import Context
 from goalwire.errors import ClosedError
-from goalwire.execution.monotonic import deadline_after, is_machine_time
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.steady_clock import deadline_after, is_machine_time
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
 from goalwire.transport.registry import select_identifier

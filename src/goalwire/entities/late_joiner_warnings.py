@@ -16,9 +16,9 @@ from threading import Thread, current_thread
 from typing import TYPE_CHECKING
 
 from goalwire.errors import InvalidHandle
-from goalwire.execution.monotonic import is_machine_time
-from goalwire.execution.timer import Timer
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.steady_clock import is_machine_time
+from goalwire.execution.time.timer import Timer
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import get_logger
 from goalwire.places import at

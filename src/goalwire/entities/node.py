@@ -17,8 +17,8 @@ from goalwire.entities.names import (
     resolve_action_names,
 )
 from goalwire.errors import InvalidHandle
-from goalwire.execution.clock import ROSClock
 from goalwire.execution.ready_queue import NodeWorkQueue
+from goalwire.execution.time.clock import ROSClock
 from goalwire.places import caller_place
 from goalwire.rules.arguments import Arguments
 from goalwire.rules.names import RemapRules

@@ -29,7 +29,7 @@ from goalwire.entities.retrying import CallAttempts, Retries, do_nothing
 from goalwire.errors import CallError, ClosedError, DeadlineError, InvalidHandle
 from goalwire.execution.event_queue import ResponseTicks
 from goalwire.execution.future import FINISHED, PENDING, Future
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.rules import reasons
 from goalwire.rules.latencies import Latencies
 

@@ -15,14 +15,14 @@ from goalwire.cdr import codec
 from goalwire.entities.endpoint import InGraph, describe_endpoint
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, ForkedError, GoalwireError
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.rules.qos import QoS
 from goalwire.security.refusal_counts import RECENT_S, RefusalCounts, RefusedActs
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
-    from goalwire.execution.clock import ROSClock
-    from goalwire.execution.timer_heap import TimerThread
+    from goalwire.execution.time.clock import ROSClock
+    from goalwire.execution.time.timer_heap import TimerThread
     from goalwire.transport.contract import NodePort
 
 TOPIC = '/diagnostics'

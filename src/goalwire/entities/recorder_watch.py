@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection
 from goalwire.errors import ClosedError, GoalwireError, ShutDownError
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import get_logger
 from goalwire.rules.qos import QoS

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from goalwire.errors import CallError
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.monotonic import timeout_ns
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.steady_clock import timeout_ns
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 
 if TYPE_CHECKING:

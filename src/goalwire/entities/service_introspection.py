@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
-    from goalwire.execution.clock import Clock
+    from goalwire.execution.time.clock import Clock
     from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Payload, Sample
 

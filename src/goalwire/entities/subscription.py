@@ -11,11 +11,11 @@ from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, MsgT, message_support
 from goalwire.errors import InvalidHandle, RemoteError
+from goalwire.execution.callback_arguments import accepts, describe_given
 from goalwire.execution.callback_groups import CallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.callbacks import accepts, describe_given
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future, block_on
-from goalwire.execution.monotonic import deadline_after
+from goalwire.execution.time.steady_clock import deadline_after
 from goalwire.fault_reports import log_rejected
 from goalwire.records import replace
 from goalwire.rules.qos import QoS

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.parameters.node_parameters import NodeParameters
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.clock import ROSClock
+    from goalwire.execution.time.clock import ROSClock
     from goalwire.rules.parameters import Parameter
     from goalwire.transport.contract import Sample
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.waiting import ContextLike
+    from goalwire.execution.shutdown_signal import ContextLike
 
 E = TypeVar('E')
 

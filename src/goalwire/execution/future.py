@@ -8,15 +8,15 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 from goalwire.execution.current_callback import active_executors
-from goalwire.execution.monotonic import STEADY, SteadyClock
 from goalwire.execution.ready_queue import CallbackSource
-from goalwire.execution.waiting import Waiter, running_loop
+from goalwire.execution.time.steady_clock import STEADY, SteadyClock
+from goalwire.execution.waiters import Waiter, running_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from goalwire.execution.ready_queue import NodeWorkQueue
-    from goalwire.execution.waiting import ShutdownSignal
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar as TypeVarWithDefault
@@ -65,7 +65,7 @@ class _DoneCallback(CallbackSource):
 
 def _advise(callback: object) -> None:
     """Log that `callback` cannot be called. The call will raise TypeError, as in rclpy."""
-    from goalwire.execution.callbacks import advise_callback  # imported here: rarely needed
+    from goalwire.execution.callback_arguments import advise_callback  # imported here: rarely needed
     from goalwire.logging import get_logger
 
     advise_callback(callback, ('future',), 'the done callback of a future', get_logger('rclpy.task'))
@@ -249,7 +249,7 @@ class Future(Generic[T]):
             if loop is None:
                 yield self
             else:
-                from goalwire.execution.asyncio.waiting import wait_on  # not at the top: imports asyncio
+                from goalwire.execution.asyncio.loop_waker import wait_on  # not at the top: imports asyncio
 
                 yield from wait_on(loop, self)
         try:

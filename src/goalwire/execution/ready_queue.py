@@ -6,15 +6,15 @@ from collections import deque
 from typing import TYPE_CHECKING, Protocol
 from weakref import ReferenceType, WeakSet
 
-from goalwire.execution.monotonic import STEADY
-from goalwire.execution.waiting import WeakListeners
+from goalwire.execution.time.steady_clock import STEADY
+from goalwire.execution.weak_listeners import WeakListeners
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from goalwire.execution.monotonic import SteadyClock
-    from goalwire.execution.timer_heap import TimerEntry, TimerHeap
-    from goalwire.execution.waiting import StopCondition, Waiter
+    from goalwire.execution.time.steady_clock import SteadyClock
+    from goalwire.execution.time.timer_heap import TimerEntry, TimerHeap
+    from goalwire.execution.waiters import StopCondition, Waiter
 
 _NOTHING_MORE: Callable[[], object] = bool
 # hot path: a C function that does nothing; a Python function would take 0.6 us a callback after a sleep.

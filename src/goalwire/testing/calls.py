@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
 from goalwire.errors import GoalwireError
-from goalwire.execution.waiting import running_loop
+from goalwire.execution.waiters import running_loop
 from goalwire.records import record
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from goalwire.aio import Node
     from goalwire.entities.actions.types import ActionClass, FeedbackT, GoalT, ResultT
     from goalwire.entities.type_support import ServiceClass
-    from goalwire.execution.executor import Executor
+    from goalwire.execution.executors.executor import Executor
     from goalwire.testing.answers import Answers
     from goalwire.testing.programs import Program
     from goalwire.testing.spinning import Spinning

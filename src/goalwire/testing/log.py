@@ -5,7 +5,7 @@ from __future__ import annotations
 from threading import Condition
 from typing import TYPE_CHECKING, Generic, TypeVar, overload
 
-from goalwire.execution.waiting import running_loop
+from goalwire.execution.waiters import running_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

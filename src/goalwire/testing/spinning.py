@@ -6,11 +6,11 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import ExternalShutdownException
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
-    from goalwire.execution.executor import Executor
+    from goalwire.execution.executors.executor import Executor
 
 GRACE_S = 5.0
 """The time in s that `close` waits for a running callback to end."""

@@ -32,9 +32,9 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import action_support
 from goalwire.errors import DeadlineError, ServerLostError, TransportError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.execution.executors.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.time.steady_clock import STEADY
 from goalwire.rules import reasons
 from goalwire.rules.goals.ids import GoalId
 from goalwire.rules.goals.states import GoalStatus

@@ -11,9 +11,9 @@ from helpers.loops import LOOPS, run, turns
 
 from goalwire.errors import DestroyedError, ROSInterruptException, TimeSourceChangedError
 from goalwire.execution.asyncio.clock import AsyncClock
-from goalwire.execution.clock import ROSClock
-from goalwire.execution.monotonic import STEADY
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.time.clock import ROSClock
+from goalwire.execution.time.steady_clock import STEADY
 from goalwire.rules.time import ClockType, Time
 
 

@@ -7,7 +7,7 @@ import pytest
 from helpers.patience import PATIENCE
 
 from goalwire.execution.asyncio.coroutine_runner import Start
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 
 
 def test_a_coroutine_that_never_began_cleans_up_when_its_lane_is_closed(

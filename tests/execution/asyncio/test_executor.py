@@ -19,12 +19,12 @@ from goalwire.execution.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
-from goalwire.execution.clock import ROSClock
 from goalwire.execution.current_callback import active_executors, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue, GuardCondition
-from goalwire.execution.monotonic import STEADY
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
-from goalwire.execution.timer import Timer
+from goalwire.execution.time.clock import ROSClock
+from goalwire.execution.time.steady_clock import STEADY
+from goalwire.execution.time.timer import Timer
 
 
 class World:

@@ -22,10 +22,10 @@ from goalwire.execution.callback_groups import (
     ReentrantCallbackGroup,
 )
 from goalwire.execution.event_queue import GuardCondition
-from goalwire.execution.executor import Executor
+from goalwire.execution.executors.executor import Executor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.time.steady_clock import STEADY
 
 GROUPS: list[Callable[[], CallbackGroup]] = [MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup]
 

@@ -21,16 +21,16 @@ from weakref import ref
 import pytest
 from helpers.loops import LOOPS, run
 
-from goalwire.execution.asyncio.stepped_loop import SteppedLoop
-from goalwire.execution.asyncio.waiting import (
+from goalwire.execution.asyncio.fd_selector import FdSelector
+from goalwire.execution.asyncio.loop_waker import (
     AsyncioLoopWaker,
     DirectFuture,
     LoopWaker,
     shared_waker,
     waker_of,
 )
-from goalwire.execution.fd_selector import FdSelector
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.asyncio.stepped_loop import SteppedLoop
+from goalwire.execution.time.steady_clock import STEADY
 
 ROUNDS = 2000
 EAGER = getattr(asyncio, 'eager_task_factory', None)

@@ -14,12 +14,12 @@ from helpers.execution import SmallContext, SmallNode
 from helpers.patience import PATIENCE
 
 from goalwire.execution.asyncio import stepped_loop
+from goalwire.execution.asyncio.fd_selector import FdSelector
 from goalwire.execution.asyncio.stepped_loop import SteppedLoop
 from goalwire.execution.event_queue import GuardCondition
-from goalwire.execution.fd_selector import FdSelector
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.time.steady_clock import STEADY
 
 WITHIN = """
 import asyncio

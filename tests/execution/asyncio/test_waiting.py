@@ -12,8 +12,9 @@ from helpers.loops import LOOPS, run
 
 from goalwire.execution.asyncio.waiting import AsyncQueue, AsyncWaiter, delay_s, in_thread, settle
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY
-from goalwire.execution.waiting import ShutdownSignal, running_loop
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.time.steady_clock import STEADY
+from goalwire.execution.waiters import running_loop
 
 MS = 1_000_000
 

@@ -24,7 +24,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.time.steady_clock import STEADY
 from goalwire.rules.goals.states import TABLE, GoalEvent, GoalStatus
 
 pytestmark = pytest.mark.timeout(400)  # a failure takes its time to be shrunk

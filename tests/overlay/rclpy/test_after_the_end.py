@@ -28,7 +28,7 @@ from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 
 from goalwire.errors import ShutDownBySignalError, ShutDownError
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
 
 pytestmark = pytest.mark.also_on_dds
 

@@ -24,7 +24,7 @@ from rclpy.service_introspection import ServiceIntrospectionState
 from std_srvs.srv import Trigger
 
 import goalwire
-from goalwire.execution.monotonic import SteadyClock
+from goalwire.execution.time.steady_clock import SteadyClock
 from goalwire.rules.goals.states import GoalStatus
 
 LATER = 4_000_000_000 * 10**9

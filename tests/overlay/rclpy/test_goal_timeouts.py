@@ -21,7 +21,7 @@ from rclpy.task import Future
 
 from goalwire.entities.actions import client_requests
 from goalwire.errors import DeadlineError, NoServerError, ServerLostError, ShutDownError, TooManyCallsError
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.time.steady_clock import STEADY
 
 Goal = Fibonacci.Goal
 FibonacciClient = ActionClient[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]

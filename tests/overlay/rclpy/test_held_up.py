@@ -13,7 +13,7 @@ from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import SingleThreadedExecutor
 
-from goalwire.execution.spin_watch import Suspect, of_this_thread
+from goalwire.execution.executors.spin_watch import Suspect, of_this_thread
 
 
 def test_the_result_of_a_goal_can_wait_for_its_execution_and_cancelling_cannot(

@@ -32,7 +32,7 @@ from rclpy.time_source import TimeSource
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from goalwire.execution.waitable import watch
+from goalwire.execution.wait_sets.waitable import watch
 
 
 @pytest.fixture

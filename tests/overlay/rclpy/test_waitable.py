@@ -33,7 +33,7 @@ from rclpy.waitable import NumberOfEntities, Waitable
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from goalwire.execution.waitable import Kind, WaitablePoller, WaitSet
+from goalwire.execution.wait_sets.waitable import Kind, WaitablePoller, WaitSet
 
 SECOND = 10**9
 

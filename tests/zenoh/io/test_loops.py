@@ -14,7 +14,7 @@ from helpers.loops import run as run_in
 from helpers.patience import PATIENCE, wait_for
 from helpers.zenoh_sides import Ours, address
 
-from goalwire.execution.asyncio.waiting import shared_waker
+from goalwire.execution.asyncio.loop_waker import shared_waker
 from goalwire.execution.asyncio.wire_reader import read_wire
 from goalwire.zenoh.protocol.bodies import Sample
 from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT

@@ -13,7 +13,7 @@ from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.call_context import CallContext
 from goalwire.errors import CallError, InvalidHandle
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.time.steady_clock import timeout_ns
 from goalwire.rules.goals.cancel_requests import CancelCode, read_stamp
 from goalwire.rules.goals.ids import NO_ID, read_goal_id
 from goalwire.rules.goals.server_snapshot import ServerSnapshot, hash_of_statuses

@@ -27,7 +27,7 @@ from goalwire.errors import (
 )
 from goalwire.execution.asyncio.waiting import AsyncQueue, delay_s, settle
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.time.steady_clock import timeout_ns
 from goalwire.logging import get_logger
 from goalwire.rules.goals.ids import new_goal_id
 from goalwire.rules.goals.journal import SERVER_DIED
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.actions.client_goal_handle import ClientGoalHandle
-    from goalwire.execution.monotonic import SteadyClock
-    from goalwire.execution.waiting import ShutdownWatch
+    from goalwire.execution.shutdown_signal import ShutdownWatch
+    from goalwire.execution.time.steady_clock import SteadyClock
     from goalwire.rules.goals.client import ClientGoal
     from goalwire.rules.goals.ids import GoalId
     from goalwire.transport.contract import Sample

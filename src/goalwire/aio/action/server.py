@@ -16,8 +16,8 @@ from goalwire.entities.actions.server_goal_handle import (
     GoalResponse,
 )
 from goalwire.errors import GoalAborted
+from goalwire.execution.callback_arguments import check_callback
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.callbacks import check_callback
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.server_goal_handle import ServerGoalHandle

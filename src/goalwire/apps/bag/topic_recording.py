@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from goalwire.aio import Node
     from goalwire.aio.raw import RawSubscription
     from goalwire.apps.bag.intake import Intake
-    from goalwire.execution.clock import Clock
+    from goalwire.execution.time.clock import Clock
     from goalwire.transport.contract import GraphEntity, Sample
 
 DEPTH = 1000

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.actions.server_goal_handle import CancelResponse, Failure, GoalResponse
 from goalwire.errors import peer_text
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.places import at, caller_place, function_place
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 from goalwire.entities.unspun_nodes import tells_at_end
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.logging import get_logger
 from goalwire.places import at
 from goalwire.rules.goals.cancel_requests import CancelCode

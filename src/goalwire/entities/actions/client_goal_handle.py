@@ -9,7 +9,7 @@ from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_b
 from goalwire.execution.current_callback import current_groups, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.time.steady_clock import STEADY
 from goalwire.logging import get_logger
 from goalwire.places import at, caller_place, dropping_place
 from goalwire.rules.goals.client import ClientGoal
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from goalwire.entities.call_context import CallContext
     from goalwire.entities.node import NodeCore
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.monotonic import SteadyClock
     from goalwire.execution.ready_queue import NodeWorkQueue
-    from goalwire.execution.waiting import ShutdownSignal
+    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.execution.time.steady_clock import SteadyClock
     from goalwire.rules.goals.client import FeedbackQueue
     from goalwire.rules.goals.ids import GoalId
     from goalwire.transport.contract import Sample

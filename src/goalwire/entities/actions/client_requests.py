@@ -24,7 +24,7 @@ from goalwire.entities.recorder_watch import watch_recorders
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.errors import DeadlineError, GoalwireError, TooManyCallsError
 from goalwire.execution.future import Future
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.rules import reasons
 from goalwire.rules.goals import wire
 from goalwire.transport.contract import EndpointKind

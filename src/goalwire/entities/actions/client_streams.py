@@ -9,7 +9,7 @@ from weakref import ReferenceType, ref
 from goalwire.entities.actions.client_goal_handle import GoalFeedback
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.errors import RemoteError
-from goalwire.execution.callbacks import advise_callback
+from goalwire.execution.callback_arguments import advise_callback
 from goalwire.execution.event_queue import EventQueue
 from goalwire.fault_reports import log_rejected
 from goalwire.rules.goals.states import GoalStatus

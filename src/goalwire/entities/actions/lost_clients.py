@@ -11,8 +11,8 @@ from heapq import heappop, heappush
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from goalwire.execution.clock import ClockTimerEntry
 from goalwire.execution.event_queue import CallSoon
+from goalwire.execution.time.clock import ClockTimerEntry
 from goalwire.execution.weak_methods import weakly
 from goalwire.transport.contract import EndpointKind
 

@@ -34,8 +34,8 @@ from goalwire.errors import (
     TransportError,
 )
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.clock import ClockTimerEntry
 from goalwire.execution.event_queue import CallSoon, EventQueue
+from goalwire.execution.time.clock import ClockTimerEntry
 from goalwire.execution.weak_methods import weakly
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID
 
     from goalwire.entities.node import NodeCore
-    from goalwire.execution.monotonic import SteadyClock
-    from goalwire.execution.timer_heap import TimerEntry
+    from goalwire.execution.time.steady_clock import SteadyClock
+    from goalwire.execution.time.timer_heap import TimerEntry
     from goalwire.logging import RcutilsLogger
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.latencies import Latencies

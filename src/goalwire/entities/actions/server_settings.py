@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import RCLError
-from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.time.steady_clock import timeout_ns
 from goalwire.rules.goals.journal import read_journal
 from goalwire.rules.goals.server import GoalServer
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from goalwire.errors import DestroyedError, ROSInterruptException, TimeSourceChangedError
 from goalwire.execution.asyncio.waiting import AsyncWaiter
-from goalwire.execution.clock import Clock, ROSClock
-from goalwire.execution.monotonic import STEADY, SteadyClock
-from goalwire.execution.waiting import ShutdownSignal
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.time.clock import Clock, ROSClock
+from goalwire.execution.time.steady_clock import STEADY, SteadyClock
 from goalwire.rules.time import S_TO_NS, ClockType
 
 if TYPE_CHECKING:

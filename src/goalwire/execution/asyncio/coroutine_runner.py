@@ -13,16 +13,16 @@ from goalwire.concurrency.exits import Stage, at_exit, perform
 from goalwire.concurrency.forks import leak
 from goalwire.execution.asyncio.stepped_loop import SteppedLoop
 from goalwire.execution.ready_queue import CallbackSource
-from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.time.timer_heap import TimerEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
     from contextvars import Context
 
+    from goalwire.execution.asyncio.fd_selector import FdSelector
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.fd_selector import FdSelector
-    from goalwire.execution.monotonic import SteadyClock
     from goalwire.execution.ready_queue import NodeWorkQueue
+    from goalwire.execution.time.steady_clock import SteadyClock
 
 
 class Start(NamedTuple):

@@ -8,12 +8,13 @@ from contextvars import copy_context
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
+from goalwire.execution.asyncio.loop_waker import shared_waker
 from goalwire.execution.asyncio.loop_watch import BusyLoop
-from goalwire.execution.asyncio.waiting import delay_s, shared_waker
+from goalwire.execution.asyncio.waiting import delay_s
 from goalwire.execution.asyncio.wire_reader import read_wire
-from goalwire.execution.callback_runner import CallbackRunner
 from goalwire.execution.current_callback import active_executors
-from goalwire.execution.spin_watch import SpinWatch
+from goalwire.execution.executors.callback_runner import CallbackRunner
+from goalwire.execution.executors.spin_watch import SpinWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
-    from goalwire.execution.waiting import ShutdownSignal
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 
 class CallbackTasks:

@@ -13,15 +13,15 @@ from threading import get_ident
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
-from goalwire.execution.spin_watch import Suspect, is_late
+from goalwire.execution.executors.spin_watch import Suspect, is_late
 from goalwire.places import program_frame
 
 if TYPE_CHECKING:
     from types import FrameType
 
-    from goalwire.execution.asyncio.waiting import LoopWaker
+    from goalwire.execution.asyncio.loop_waker import LoopWaker
     from goalwire.execution.ready_queue import ReadyQueue
-    from goalwire.execution.timer_heap import TimerHeap
+    from goalwire.execution.time.timer_heap import TimerHeap
 
 _REMEDY = (
     "write 'await asyncio.sleep(…)' and not time.sleep(), and 'await asyncio.to_thread(function)' for what "

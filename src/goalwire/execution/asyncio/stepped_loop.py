@@ -19,15 +19,15 @@ from heapq import heappop, heappush
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.asyncio.waiting import LoopWaker
-from goalwire.execution.waiting import running_loop
+from goalwire.execution.asyncio.loop_waker import LoopWaker
+from goalwire.execution.waiters import running_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from contextvars import Context
 
-    from goalwire.execution.fd_selector import FdSelector
-    from goalwire.execution.monotonic import SteadyClock
+    from goalwire.execution.asyncio.fd_selector import FdSelector
+    from goalwire.execution.time.steady_clock import SteadyClock
 
 _get_running_loop: Callable[[], asyncio.AbstractEventLoop | None]
 _get_running_loop = getattr(asyncio, '_get_running_loop', running_loop)

@@ -13,8 +13,8 @@ from threading import get_ident
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from goalwire.execution.asyncio.waiting import WAKE_FDS, LoopWaker, shared_waker
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.asyncio.loop_waker import WAKE_FDS, LoopWaker, shared_waker
+from goalwire.execution.time.steady_clock import STEADY
 
 if TYPE_CHECKING:
     from goalwire.concurrency.wire_poller import WirePoller

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from goalwire.errors import NotInitializedException
-from goalwire.execution.signals import is_ipython
+from goalwire.execution.signals.signal_handlers import is_ipython
 from goalwire.locks import ForkableLock
 from goalwire.places import at, caller_place, is_in_constructor
 from goalwire.tracebacks import hide_own_frames

@@ -25,7 +25,7 @@ from goalwire.errors import (
     UnknownROSArgsError,
     UnsupportedEventTypeError,
 )
-from goalwire.execution.blocking_wait_set import BlockingWaitSet
+from goalwire.execution.wait_sets.blocking_wait_set import BlockingWaitSet
 from goalwire.rules.qos import QoS
 from rclpy import qos
 from rclpy.clock_type import ClockType

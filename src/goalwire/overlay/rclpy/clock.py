@@ -1,6 +1,6 @@
 """rclpy.clock: the clocks for system time, steady time and ROS time."""
 
-from goalwire.execution.clock import (
+from goalwire.execution.time.clock import (
     Clock,
     ClockChange,
     JumpHandle,

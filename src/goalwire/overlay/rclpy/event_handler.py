@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.qos_events import default_callback
 from goalwire.errors import InvalidHandle, UnsupportedEventTypeError
-from goalwire.execution.waitable import NumberOfEntities, SelfDriven
+from goalwire.execution.wait_sets.waitable import NumberOfEntities, SelfDriven
 from goalwire.rules.qos_events import (
     EventStatus,
     EventType,
@@ -31,7 +31,7 @@ from rclpy._reexports import reexport
 
 if TYPE_CHECKING:
     from goalwire.entities.subscription import SubscriptionCore
-    from goalwire.execution.waitable import WaitSet
+    from goalwire.execution.wait_sets.waitable import WaitSet
     from rclpy.callback_groups import CallbackGroup
 
 __all__ = [

@@ -1,6 +1,6 @@
 """rclpy.executors: classes that run the callbacks of nodes."""
 
-from goalwire.execution.executor import (
+from goalwire.execution.executors.executor import (
     ConditionReachedException,
     Executor,
     ExternalShutdownException,
@@ -9,8 +9,8 @@ from goalwire.execution.executor import (
     TimeoutObject,
     await_or_execute,
 )
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.executors.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 from rclpy._reexports import reexport
 
 __all__ = [

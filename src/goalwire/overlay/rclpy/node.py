@@ -9,7 +9,7 @@ from weakref import ReferenceType, ref
 
 from goalwire.entities.type_support import ServiceClass, ServiceSupport, service_support
 from goalwire.errors import NodeNameNonExistentError
-from goalwire.execution.callbacks import advise_callback, describe_given
+from goalwire.execution.callback_arguments import advise_callback, describe_given
 from goalwire.places import at, caller_place
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup

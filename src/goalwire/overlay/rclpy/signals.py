@@ -1,6 +1,6 @@
 """rclpy.signals: installs and removes the handlers of SIGINT and SIGTERM."""
 
-from goalwire.execution.signals import (
+from goalwire.execution.signals.signal_handlers import (
     SignalHandlerGuardCondition,
     SignalHandlerOptions,
     get_current_signal_handlers_options,

@@ -1,6 +1,6 @@
 """rclpy.timer: timers, which call back periodically, and Rate, which keeps a loop at a frequency."""
 
-from goalwire.execution.timer import Rate, Timer, TimerInfo
+from goalwire.execution.time.timer import Rate, Timer, TimerInfo
 from rclpy._reexports import reexport
 
 __all__ = ['Rate', 'Timer', 'TimerInfo']

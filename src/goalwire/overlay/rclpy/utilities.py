@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from goalwire.concurrency.forks import in_child
 from goalwire.entities.arguments import node_arguments
-from goalwire.execution.waiting import provide_default_context
+from goalwire.execution.shutdown_signal import provide_default_context
 from goalwire.transport import registry
 from rclpy._reexports import reexport
 from rclpy.constants import S_TO_NS

@@ -20,13 +20,13 @@ from tf2_msgs.srv import FrameGraph
 from tf2_py import BufferCore, TransformException
 from tf2_py.buffer_core import Instant
 
-from goalwire.execution.clock import block_on_clock
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.waitable import unwatch, watch
+from goalwire.execution.time.clock import block_on_clock
+from goalwire.execution.wait_sets.waitable import unwatch, watch
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
 
 if TYPE_CHECKING:
-    from goalwire.execution.waiting import ShutdownSignal
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 __all__ = ['Buffer']
 

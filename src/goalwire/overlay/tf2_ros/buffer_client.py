@@ -25,7 +25,7 @@ from tf2_py import (
 from tf2_py.buffer_core import Instant
 
 from goalwire.execution.future import block_on
-from goalwire.execution.monotonic import deadline_after
+from goalwire.execution.time.steady_clock import deadline_after
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
 
 __all__ = ['BufferClient']

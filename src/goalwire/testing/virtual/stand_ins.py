@@ -16,8 +16,8 @@ from queue import _PySimpleQueue as PureQueue  # type: ignore[attr-defined] # ma
 from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
-from goalwire.execution.asyncio.waiting import WAKE_FDS
-from goalwire.execution.monotonic import SteadyClock
+from goalwire.execution.asyncio.loop_waker import WAKE_FDS
+from goalwire.execution.time.steady_clock import SteadyClock
 from goalwire.testing.virtual.scheduler import never
 
 if TYPE_CHECKING:

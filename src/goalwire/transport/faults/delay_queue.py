@@ -25,7 +25,7 @@ class Clock(Protocol):
 
 
 class EventWaiter:
-    """A waiter in the sense of `goalwire.execution.waiting`: holds one wake-up."""
+    """A waiter in the sense of `goalwire.execution.waiters`: holds one wake-up."""
 
     def __init__(self) -> None:
         self._woken = Event()

@@ -14,7 +14,8 @@ from helpers.held_up import HeldUp
 from helpers.patience import PATIENCE
 
 from goalwire.concurrency.wire_poller import Sleeper
-from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.waiters import Waiter, WireWaiter
 from goalwire.rules.qos import QoS
 from goalwire.transport.dds.cyclone.context import DOMAINS, open_domain
 from goalwire.transport.dds.cyclone.delivery import ReaderDispatcher

@@ -18,7 +18,7 @@ from goalwire.entities.actions.types import (
 )
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import check_group
-from goalwire.execution.waitable import EventQueueWaitable
+from goalwire.execution.wait_sets.waitable import EventQueueWaitable
 from goalwire.rules.goals.cancel_requests import read_stamp
 from goalwire.rules.goals.ids import NO_ID
 from rclpy._reexports import reexport
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from builtin_interfaces.msg import Time as StampMessage
     from unique_identifier_msgs.msg import UUID
 
-    from goalwire.execution.waitable import WaitSet
+    from goalwire.execution.wait_sets.waitable import WaitSet
     from rclpy.impl.base_node import BaseNode
     from rclpy.time import Time
 

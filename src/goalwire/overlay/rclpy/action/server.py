@@ -17,9 +17,9 @@ from goalwire.entities.actions.server_settings import make_goal_server
 from goalwire.entities.actions.types import ActionClass, FeedbackT, GoalT, ResultT
 from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
+from goalwire.execution.callback_arguments import advise_callback, describe_given, import_coroutine_runner
 from goalwire.execution.callback_groups import check_group
-from goalwire.execution.callbacks import advise_callback, describe_given, import_coroutine_runner
-from goalwire.execution.waitable import EventQueueWaitable
+from goalwire.execution.wait_sets.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.states import GoalEvent
 from rclpy._reexports import reexport
@@ -32,7 +32,7 @@ from rclpy.waitable import NumberOfEntities
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from goalwire.execution.waitable import WaitSet
+    from goalwire.execution.wait_sets.waitable import WaitSet
     from goalwire.logging import RcutilsLogger
     from goalwire.rules.goals.journal import GoalJournal
     from rclpy.impl.base_node import BaseNode

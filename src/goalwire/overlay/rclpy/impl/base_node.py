@@ -15,7 +15,7 @@ from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENT
 from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import InvalidHandle, NameValidationException, RCLError, TopicExpansionError
-from goalwire.execution.waitable import SelfDriven, Waitable
+from goalwire.execution.wait_sets.waitable import SelfDriven, Waitable
 from goalwire.rules.qos import PARAMETER_EVENTS, PARAMETERS, QoS
 from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
@@ -270,7 +270,7 @@ class BaseNode(NodeGraph, ClockedNode):
         """Add a waitable, so that the node's executor runs it, too."""
         self._ros_waitables.append(waitable)
         if not isinstance(waitable, SelfDriven):
-            from goalwire.execution.waitable import WaitablePoller
+            from goalwire.execution.wait_sets.waitable import WaitablePoller
 
             self.handle.work_queue.add_poller(WaitablePoller(self.handle.work_queue, waitable))
 
