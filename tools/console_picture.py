@@ -30,6 +30,7 @@ FLAGS = ['--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader']
 PATIENCE_MS = 120_000
 GOAL = (1.1, 0.7)
 WIDTH, HEIGHT = 1280, 800
+IS_LOST = "() => document.body.classList.contains('gw-is-lost')"
 
 
 def main() -> int:
@@ -72,6 +73,7 @@ def take(page: Page, url: str, file: Path) -> None:
         '() => window.goalwireScene?.poses?.().base_link?.[2] > 0.5'
         ' && Math.abs(goalwireScene.controls.target.z - 0.6) < 0.001'
     )
+    page.wait_for_function(f'() => !({IS_LOST})()')  # it takes no click before
     x, y = page.evaluate('([x, y]) => goalwireScene.screen_of(x, y, 0)', list(GOAL))
     page.mouse.click(x, y)
     page.click('.q-dialog [data-send]')
@@ -82,15 +84,18 @@ def take(page: Page, url: str, file: Path) -> None:
         arg=list(GOAL),
     )
     page.mouse.move(500, 760)
-    # The page is grey while it hears nothing from the console, as on a busy computer.
-    page.wait_for_function("() => !document.body.classList.contains('gw-is-lost')")
-    # On a slow computer the page draws ever less detail while the robot walks. The picture has all of it.
-    page.evaluate(
-        '() => { const scene = goalwireScene; scene.level = Infinity; scene.sun.castShadow = true;'
-        ' scene.renderer.setPixelRatio(devicePixelRatio); scene.resize();'
-        ' scene.renderer.render(scene.scene, scene.camera) }'
-    )
-    page.screenshot(path=str(file))
+    # On a busy computer the page may lose its console for a while, also while it draws, and is grey then.
+    while True:
+        page.wait_for_function(f'() => !({IS_LOST})()')
+        # On a slow computer the page draws ever less detail while the robot walks. The picture has all of it.
+        page.evaluate(
+            '() => { const scene = goalwireScene; scene.level = Infinity; scene.sun.castShadow = true;'
+            ' scene.renderer.setPixelRatio(devicePixelRatio); scene.resize();'
+            ' scene.renderer.render(scene.scene, scene.camera) }'
+        )
+        page.screenshot(path=str(file))
+        if not page.evaluate(IS_LOST):
+            return
 
 
 if __name__ == '__main__':
