@@ -8,7 +8,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 from goalwire.entities.client import ClientCore
 from goalwire.entities.service import ServiceCore
 from goalwire.execution.asyncio.loop_waker import waker_of

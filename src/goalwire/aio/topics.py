@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.qos_events import warn_by_default
 from goalwire.entities.subscription import SubscriptionCore, queue_depth

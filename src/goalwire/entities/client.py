@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.call_context import CallContext, TimedCalls
+from goalwire.entities.call_deadlines import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import (
     ServerWait,

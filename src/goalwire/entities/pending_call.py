@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from _thread import LockType
     from collections.abc import Callable, Sequence
 
-    from goalwire.entities.call_context import CallContext
+    from goalwire.entities.call_deadlines import CallContext
     from goalwire.entities.node import NodeCore
     from goalwire.entities.service_introspection import IntrospectedCall
     from goalwire.transport.contract import ClientPort, Endpoint, Sample

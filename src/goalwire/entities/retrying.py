@@ -14,7 +14,7 @@ from goalwire.logging import get_logger
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.entities.call_context import CallContext
+    from goalwire.entities.call_deadlines import CallContext
     from goalwire.entities.node import NodeCore
     from goalwire.rules.retries import Attempts, CallAttempt, Retry
 

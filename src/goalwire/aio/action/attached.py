@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.aio.action.run import Limits, Run
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.client import ActionClientCore

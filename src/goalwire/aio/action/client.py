@@ -10,7 +10,7 @@ from goalwire.aio.action.probe import GoalProbe, GoalState, find_journal, probe_
 from goalwire.aio.action.run import Limits, Run
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 from goalwire.errors import CallError, InvalidHandle
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.time.steady_clock import timeout_ns

@@ -11,7 +11,7 @@ from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 from goalwire.errors import CallError, DeadlineError, NoServerError, RemoteError
 from goalwire.execution.asyncio.waiting import settle
 from goalwire.execution.future import Future

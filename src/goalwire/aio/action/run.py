@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.cdr import codec
 from goalwire.entities.actions.client_goal_handle import FEEDBACK_LIMIT
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 from goalwire.errors import (
     CallError,
     ClosedError,

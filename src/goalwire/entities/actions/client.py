@@ -23,7 +23,7 @@ from goalwire.entities.actions.client_results import GoalResults
 from goalwire.entities.actions.client_streams import ClientStreams
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.types import goal_id_bytes
-from goalwire.entities.call_context import CallContext, TimedCalls
+from goalwire.entities.call_deadlines import CallContext, TimedCalls
 from goalwire.entities.graph_waiting import (
     ServerWait,
     ServerWaitQueue,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID
 
     from goalwire.entities.actions.types import ResultResponse
-    from goalwire.entities.call_context import CallContext
+    from goalwire.entities.call_deadlines import CallContext
     from goalwire.entities.node import NodeCore
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.ready_queue import NodeWorkQueue

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from goalwire.entities.actions.client_goal_handle import GoalFeedback, ResultFuture
 from goalwire.entities.actions.client_requests import ActionRequests, ResultCall
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 from goalwire.entities.pending_call import PendingCall, end_with, unanswered
 from goalwire.errors import CallError, InvalidHandle, peer_text
 from goalwire.rules.goals import wire

@@ -147,7 +147,7 @@ class Backlog:
     # ---- both
 
     def drop_below(self, first: int) -> None:
-        """Drop all kept samples whose number is below `number`."""
+        """Drop all kept samples whose number is below `first`."""
         for number in [number for number in self.held if number < first]:
             self.take(number)
         self.drop_partials(lambda number: number < first)

@@ -1,4 +1,7 @@
-"""Cuts samples that are larger than a packet into fragments, and joins the fragments again."""
+"""Cuts samples that are larger than a packet into fragments, and joins the fragments again.
+
+`backlog` keeps the samples that are not whole yet, and drops those whose last fragment came too long ago.
+"""
 
 from __future__ import annotations
 

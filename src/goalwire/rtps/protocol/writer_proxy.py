@@ -1,4 +1,7 @@
-"""A reader's record of one writer: which samples have come, and which have been requested."""
+"""A reader's record of one writer: which samples have come, and which have been requested.
+
+`reader` puts the samples in order, `reader_requests` requests those that are missing.
+"""
 
 from __future__ import annotations
 

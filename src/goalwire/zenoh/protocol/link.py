@@ -3,6 +3,7 @@
 `frames` takes the bytes that come and cuts messages out of them; `outgoing` sends. This module does the rest:
 the handshake, the leases, and handing each network message to the session. A link is dead if nothing has come
 for the other side's lease. A link that has sent nothing for a quarter of its own lease sends KEEP_ALIVE.
+`goalwire.zenoh.io.socket_link` reads the socket, and sees that the other side has hung up.
 """
 
 from __future__ import annotations

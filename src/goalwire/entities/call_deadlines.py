@@ -1,4 +1,4 @@
-"""The context of one call or goal: its name, its servers, its deadline, and the errors that name them."""
+"""Deadlines of calls and goals, and the errors that tell of them: which name, which servers, how long."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import math
 import pytest
 from helpers.loops import run
 
-from goalwire.entities.call_context import CallContext
+from goalwire.entities.call_deadlines import CallContext
 from goalwire.entities.context import Context
 from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
 from goalwire.execution.future import Future
