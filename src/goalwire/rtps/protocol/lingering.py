@@ -12,11 +12,11 @@ LINGER_S = 1.0
 
 
 def is_delivered(output: WriterOutput) -> bool:
-    """Tell whether a writer may go: other participants' readers that ever answered have all its samples.
+    """Tell whether other participants' readers that have ever answered have all samples of a writer.
 
-    Readers of its own participant take a sample while it is written.
+    Readers of its own participant take a sample while it is written. May be called on any thread.
     """
-    others = [proxy for proxy in output.reliable if proxy.has_answered and proxy.address[1]]
+    others = [proxy for proxy in tuple(output.reliable) if proxy.has_answered and proxy.address[1]]
     return all(output.has_all(proxy) for proxy in others)
 
 

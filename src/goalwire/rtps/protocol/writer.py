@@ -207,8 +207,7 @@ class Writer:
 
     def is_acknowledged(self) -> bool:
         """Tell whether all readers that have ever answered have acknowledged all their samples."""
-        output = self._output
-        return all(output.has_all(proxy) for proxy in tuple(output.reliable) if proxy.has_answered)
+        return is_delivered(self._output)
 
     def is_acknowledged_by_all(self) -> bool:
         """True if all reliable readers have acknowledged all their samples. May be called on any thread."""
