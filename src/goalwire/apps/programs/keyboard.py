@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from select import select
 
+from goalwire.execution.signals.signal_pipe import SignalPipe, signal_pipe
+
 UP, DOWN, RIGHT, LEFT = '\x1b[A', '\x1b[B', '\x1b[C', '\x1b[D'
 _ESCAPE = '\x1b'
 _REST_S = 0.05
@@ -39,8 +41,13 @@ def keys() -> Iterator[Iterator[str]]:
     The terminal's mode is restored at the end. Keys that were pressed before the start are not read.
     """
     descriptor = sys.stdin.fileno()
+    pipe = signal_pipe()
     with single_keys(descriptor):
-        yield _keys(descriptor)
+        pipe.take()
+        try:
+            yield _keys(descriptor, pipe)
+        finally:
+            pipe.give_back()
 
 
 @contextmanager
@@ -62,15 +69,23 @@ def split_keys(typed: str) -> list[str]:
     return re.findall(r'\x1b\[.?|.', typed, re.DOTALL)
 
 
-def _keys(descriptor: int) -> Iterator[str]:
-    while (key := _read(descriptor)) not in _ENDS:
+def _keys(descriptor: int, pipe: SignalPipe) -> Iterator[str]:
+    while (key := _read(descriptor, pipe)) not in _ENDS:
         while key[0] == _ESCAPE and len(key) < 3 and select([descriptor], [], [], _REST_S)[0]:
-            key += _read(descriptor) or _ESCAPE
+            key += _read(descriptor, pipe) or _ESCAPE
         yield key
 
 
-def _read(descriptor: int) -> str:
+def _read(descriptor: int, pipe: SignalPipe) -> str:
+    """Wait for a character and return it; '' at the end of the input.
+
+    A signal that comes just before a read does not interrupt that read, and Ctrl-C would only count with the
+    next key. It writes into the pipe, so this wait ends, and Python calls the signal's handler.
+    """
     try:
+        while descriptor not in (ready := select([descriptor, pipe.reader], [], [])[0]):
+            if pipe.reader in ready:
+                pipe.pass_on(os.read(pipe.reader, 64))
         return os.read(descriptor, 1).decode('latin-1')
     except OSError:  # The terminal was closed.
         return ''
