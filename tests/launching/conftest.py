@@ -24,6 +24,8 @@ from helpers.isolation import NETWORK, isolated_env
 from helpers.patience import PATIENCE
 from helpers.processes import Program
 
+from goalwire.launching.source_programs import interpreter_lines
+
 ROBOT = Path(__file__).parent / 'robot'
 PROGRAMS = [
     *['arm', 'base', 'camera', 'controller', 'driver', 'faulty', 'lidar', 'never', 'plain', 'planner'],
@@ -149,7 +151,7 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in (*PROGRAMS, 'managed'):
         source = ROBOT / 'lib' / ('managed.py' if name == 'managed' else 'probe.py')
         program = programs / name
-        program.write_text(f'#!{sys.executable}\n{source.read_text(encoding="utf-8")}', encoding='utf-8')
+        program.write_text(f'{interpreter_lines(sys.executable)}\n{source.read_text(encoding="utf-8")}', encoding='utf-8')
         program.chmod(0o755)
     return prefix
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from helpers.command_line import CommandLine, executable
 from helpers.processes import Program
+
+from goalwire.launching.source_programs import interpreter_lines
 
 
 def test_packages_are_listed(ros2: CommandLine) -> None:
@@ -113,10 +116,22 @@ def test_programs_of_a_source_folder(name: str, layout: str, world: dict[str, st
 
 
 @pytest.mark.skipif(sys.platform == 'win32', reason='a script with an interpreter line')
+@pytest.mark.parametrize('folder', ["it's my robot", 'deep/' * 60], ids=['a space', 'a long path'])
+def test_a_program_starts_wherever_its_python_lies(folder: str, tmp_path: Path) -> None:
+    python = tmp_path / folder / 'python'
+    python.parent.mkdir(parents=True)
+    python.symlink_to(sys.executable)
+    program = tmp_path / 'program'
+    program.write_text(f'{interpreter_lines(str(python))}\nimport sys\nprint(sys.argv[1:])\n')
+    program.chmod(0o755)
+    assert subprocess.check_output([program, 'a b', '$HOME'], text=True) == "['a b', '$HOME']\n"
+
+
+@pytest.mark.skipif(sys.platform == 'win32', reason='a script with an interpreter line')
 def test_run_becomes_the_program(world: dict[str, str], prefix: Path, ros2: CommandLine) -> None:
     talker = prefix / 'lib' / 'demo_robot' / 'talker'
     talker.write_text(
-        f'#!{sys.executable}\nimport sys, time\nprint(sys.argv[1:], flush=True)\ntime.sleep(100)\n'
+        f'{interpreter_lines(sys.executable)}\nimport sys, time\nprint(sys.argv[1:], flush=True)\ntime.sleep(100)\n'
     )
     talker.chmod(0o755)
     arguments = ('a', '--flag', '--ros-args', '-r', '__node:=b')

@@ -13,6 +13,8 @@ from helpers.command_line import CommandLine, executable
 from helpers.processes import Program
 from helpers.robot import ROOT, robot_env, wait_until_gone
 
+from goalwire.launching.source_programs import interpreter_lines
+
 pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='processes are watched by pidfd')
 
 SERVERS = (
@@ -37,7 +39,7 @@ def world(tmp_path: Path) -> dict[str, str]:
     for name in (*SERVERS, 'simulation', 'mission'):
         program = programs / name
         call = f'from humanoid.cli import main\nimport sys\nsys.argv.insert(1, {name!r})\nsys.exit(main())\n'
-        program.write_text(f'#!{sys.executable}\n{call}')
+        program.write_text(f'{interpreter_lines(sys.executable)}\n{call}')
         program.chmod(0o755)
     return {**robot_env(), 'AMENT_PREFIX_PATH': str(tmp_path)}
 

@@ -12,6 +12,7 @@ import configparser
 import contextlib
 import os
 import re
+import shlex
 import sys
 import tempfile
 import tomllib
@@ -22,8 +23,10 @@ from goalwire.files import cache_folder, read_regular
 
 LARGEST = 2**20
 _ENTRY = re.compile(r'\s*([\w.:-]+)\s*=\s*([\w.]+)\s*:\s*([\w.]+)\s*')
+_LONGEST_INTERPRETER = 127
+"""How many bytes of an interpreter's line every system reads (execve(2)); newer Linux reads 255."""
 _STARTER = """\
-#!{python}
+{interpreter}
 # Made by goalwire: {name} of the source folder below.
 import sys
 
@@ -111,13 +114,27 @@ def _starter(name: str, target: tuple[str, str], folder: str) -> str:
     top = module.partition('.')[0]
     root = inner if os.path.isdir(os.path.join(inner, top)) else folder  # the module may be below src/
     return _STARTER.format(
-        python=sys.executable,
+        interpreter=interpreter_lines(sys.executable),
         name=name,
         folder=root,
         module=module,
         first=function.partition('.')[0],
         function=function,
     )
+
+
+def interpreter_lines(python: str) -> str:
+    """Return the first lines of a program that `python` runs.
+
+    A system takes a path in a first line only up to its first space. Such a path, and a long one, is written
+    as in scripts of pip: /bin/sh starts Python, which reads the same lines as a string.
+    """
+    line = f'#!{python}'
+    if ' ' not in python and len(os.fsencode(line)) <= _LONGEST_INTERPRETER:
+        return line
+    return f"""#!/bin/sh
+'''exec' {shlex.quote(python)} "$0" "$@"
+' '''"""
 
 
 def _write(place: Path, text: str) -> str:
