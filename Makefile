@@ -5,8 +5,8 @@ BIN := $(VENV)/bin
 # Python compiles what it imports: pip would compile each file of each library, which takes half a minute.
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 UV = $(BIN)/uv pip install --quiet --python $(BIN)/python
-# uv takes a quarter of pip's time, where the environment has it: .ci/run installs it first.
-INSTALL = $(if $(wildcard $(BIN)/uv),$(UV),$(PIP))
+# uv takes a quarter of pip's time. Where the package index has none for this machine, pip installs everything.
+INSTALL = $(if $(shell test -x $(BIN)/uv && echo yes),$(UV),$(PIP))
 RMW ?= rmw_zenoh_cpp
 PHYSICS ?= 0
 comma := ,
@@ -88,6 +88,7 @@ bench-short: $(VENV)/.dev
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
+	@$(PIP) uv || echo 'without uv, pip installs the rest' >&2
 
 $(VENV)/.run-$(RMW)$(if $(VIEW),-view): pyproject.toml $(ROBOT) | $(BIN)/python
 	$(INSTALL) -e '.$(EXTRA)' ./robot/humanoid
