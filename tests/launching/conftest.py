@@ -151,7 +151,8 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in (*PROGRAMS, 'managed'):
         source = ROBOT / 'lib' / ('managed.py' if name == 'managed' else 'probe.py')
         program = programs / name
-        program.write_text(f'{interpreter_lines(sys.executable)}\n{source.read_text(encoding="utf-8")}', encoding='utf-8')
+        text = source.read_text(encoding='utf-8')
+        program.write_text(f'{interpreter_lines(sys.executable)}\n{text}', encoding='utf-8')
         program.chmod(0o755)
     return prefix
 

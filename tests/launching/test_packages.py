@@ -130,9 +130,8 @@ def test_a_program_starts_wherever_its_python_lies(folder: str, tmp_path: Path) 
 @pytest.mark.skipif(sys.platform == 'win32', reason='a script with an interpreter line')
 def test_run_becomes_the_program(world: dict[str, str], prefix: Path, ros2: CommandLine) -> None:
     talker = prefix / 'lib' / 'demo_robot' / 'talker'
-    talker.write_text(
-        f'{interpreter_lines(sys.executable)}\nimport sys, time\nprint(sys.argv[1:], flush=True)\ntime.sleep(100)\n'
-    )
+    first = interpreter_lines(sys.executable)
+    talker.write_text(f'{first}\nimport sys, time\nprint(sys.argv[1:], flush=True)\ntime.sleep(100)\n')
     talker.chmod(0o755)
     arguments = ('a', '--flag', '--ros-args', '-r', '__node:=b')
     with Program(executable(), 'run', 'demo_robot', 'talker', *arguments, env=world) as program:

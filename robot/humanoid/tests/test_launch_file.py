@@ -9,11 +9,10 @@ from pathlib import Path
 from shutil import copytree
 
 import pytest
+from goalwire.launching.source_programs import interpreter_lines
 from helpers.command_line import CommandLine, executable
 from helpers.processes import Program
 from helpers.robot import ROOT, robot_env, wait_until_gone
-
-from goalwire.launching.source_programs import interpreter_lines
 
 pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='processes are watched by pidfd')
 

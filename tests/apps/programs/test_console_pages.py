@@ -47,7 +47,8 @@ def test_a_page_is_opened_and_named(run: Run) -> None:
 def test_the_program_of_a_ros2_is_started_in_its_place(isolated: dict[str, str], tmp_path: Path) -> None:
     real = tmp_path / 'bin' / 'rviz2'
     real.parent.mkdir()
-    real.write_text(f'{interpreter_lines(sys.executable)}\nimport sys\nprint("the real one", *sys.argv[1:])\n')
+    first = interpreter_lines(sys.executable)
+    real.write_text(f'{first}\nimport sys\nprint("the real one", *sys.argv[1:])\n')
     real.chmod(0o755)
     call = 'from goalwire.apps.programs.console_pages import rviz2; rviz2()'
     for env in (

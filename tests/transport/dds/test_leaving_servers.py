@@ -13,7 +13,6 @@ from helpers.wire import Answers, Side
 from goalwire.transport.contract import Request, SessionOptions
 from goalwire.transport.dds import CHOICE, NATIVE, TRANSPORTS
 from goalwire.transport.dds.native.service import NativeService
-from goalwire.transport.dds.native.session import NativeSession
 
 
 class LeavingServer(NamedTuple):
@@ -40,8 +39,7 @@ def leaving(monkeypatch: pytest.MonkeyPatch) -> Iterator[LeavingServer]:
         answers.ask(client)
         (request,) = requests.expect(1)
         assert isinstance(service, NativeService)
-        assert isinstance(sessions[1], NativeSession)
-        participant = sessions[1]._context.participant
+        participant = service._context.participant
         participant.delete(service._reader)
         calling.graph.wait_for(lambda: not client.reaches_server())
         yield LeavingServer(request, answers, lambda: participant.delete(service._writer))
