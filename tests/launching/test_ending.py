@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import pytest
@@ -153,7 +154,7 @@ def test_ctrl_c_in_a_terminal(world: dict[str, str], launch: Launch) -> None:
 def test_closed_streams_stop_nothing(closed: str, world: dict[str, str], launch: Launch) -> None:
     with launch('fleet.launch.py', 'count:=0') as other:
         other.ended()
-        command = f'exec {executable()} launch demo_robot twins.launch.xml {closed}'
+        command = f'exec {quote(str(executable()))} launch demo_robot twins.launch.xml {closed}'
         launched = subprocess.Popen(['sh', '-c', command], env=world)
         twins = [Process(**process) for process in _told(other, 2)]
         launched.send_signal(signal.SIGINT)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 
 import pytest
 from helpers.environments import made_once
@@ -214,7 +215,7 @@ def test_two_demos_at_once_from_any_folder_end_well_each_in_a_domain_of_its_own(
     program = venv / 'bin' / 'humanoid'
     program.parent.mkdir(parents=True)
     program.with_name('python').symlink_to(sys.executable)
-    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m humanoid "$@"\n', encoding='utf-8')
+    program.write_text(f'#!/bin/sh\nexec {quote(sys.executable)} -m humanoid "$@"\n', encoding='utf-8')
     program.chmod(0o755)
     (venv / '.run-rmw_zenoh_cpp').touch()  # it is set up
     with _demo(env, elsewhere, venv) as one, _demo(narrow, elsewhere, venv) as other:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from shlex import quote
 
 import pytest
 from helpers.command_line import Begin, CommandLine, executable
@@ -162,5 +163,6 @@ def test_ros2_hands_over_to_the_one_that_is_sourced(world: dict[str, str], tmp_p
     assert (ended.code, ended.out) == (7, 'the real one: service list --x y\n')
     assert ros2('--help', program='goalwire').out.startswith('usage: goalwire')
     assert ros2('--help', GOALWIRE_FIRST='1').out.startswith('usage: ros2 ')
-    real.write_text(f'#!/bin/sh\nexec {executable()} "$@"\n', encoding='utf-8')  # it comes back here
+    comes_back = f'#!/bin/sh\nexec {quote(str(executable()))} "$@"\n'
+    real.write_text(comes_back, encoding='utf-8')
     assert ros2('--help').out.startswith('usage: ros2 ')
