@@ -28,6 +28,7 @@ class Velocity2D:
 
 
 STANDING = Velocity2D()
+VELOCITY_LASTS = 0.5  # s: without a newer velocity from outside the base stops after this time
 PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m: height of base_link on straight legs
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,21 +59,35 @@ class Guard:
         """
         if self._points is None or not -OLDEST <= moment - self._taken <= OLDEST:
             return STANDING
-        if not len(self._points) or (wish.x == wish.y == 0.0):
+        if not len(self._points):
             return wish
-        reach = BASE.radius + MARGIN
-        now = self._nearest(pose.x, pose.y)
-        for share in SHARES:
-            vx, vy = wish.x * share, wish.y * share
-            ways = [self._nearest(*_place(pose, vx, vy, wish.yaw, after)) for after in AHEAD]
-            if min(ways) >= reach or (now < reach and min(ways) >= now - 1e-3 and ways[-1] > now):
-                return Velocity2D(vx, vy, wish.yaw)
-        return Velocity2D(0.0, 0.0, wish.yaw)
+        return slow_down(wish, pose, BASE.radius + MARGIN, self._measure)
 
-    def _nearest(self, x: float, y: float) -> float:
+    def _measure(self, places: Points) -> Points:
+        """Return the distance of each place (n, 2) to the nearest point of the scan."""
         assert self._points is not None
-        offset = self._points - [x, y]
-        return float(np.sqrt((offset**2).sum(axis=1).min()))
+        offset = self._points[None, :, :] - places[:, None, :]
+        nearest: Points = np.sqrt((offset**2).sum(axis=2).min(axis=1))
+        return nearest
+
+
+def slow_down(
+    wish: Velocity2D, pose: Pose2D, reach: float, measure: Callable[[Points], Points]
+) -> Velocity2D:
+    """Return the part of a velocity that keeps `reach` m clear of everything, or leads away from it.
+
+    `measure` returns the clearance at each of the places (n, 2), in m. Turning on the spot is always safe.
+    """
+    if wish.x == wish.y == 0.0:
+        return wish
+    now = float(measure(np.array([[pose.x, pose.y]]))[0])
+    for share in SHARES:
+        vx, vy = wish.x * share, wish.y * share
+        ways = measure(np.array([_place(pose, vx, vy, wish.yaw, after) for after in AHEAD]))
+        least = ways.min()
+        if least >= reach or (now < reach and least >= now - 1e-3 and ways[-1] > now):
+            return Velocity2D(vx, vy, wish.yaw)
+    return Velocity2D(0.0, 0.0, wish.yaw)
 
 
 def _place(pose: Pose2D, vx: float, vy: float, turn: float, after: float) -> tuple[float, float]:

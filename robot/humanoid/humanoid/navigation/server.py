@@ -29,6 +29,7 @@ from humanoid.emergency.listener import StopListener
 from humanoid.goal_endings import Decision, End, Ending, carry_out, judge, or_abort
 from humanoid.navigation.base import (
     STANDING,
+    VELOCITY_LASTS,
     Base,
     LimitedBase,
     MobileBase,
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
 TICK = 0.02  # s between control steps: 50 Hz
 FEEDBACK_EVERY = 0.1  # s: 10 Hz
 NOTICED = 0.005  # m/s or rad/s: a smaller reduction of a cmd_vel is not reported
-VELOCITY_LASTS = 0.5  # s: without a newer cmd_vel the base stops after this time
 MEANT = {
     'place': 'x, y and yaw',
     'odometry_drift': 'shares of the way and of turns, and rad a metre',
