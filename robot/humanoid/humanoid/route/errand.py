@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from enum import Enum
 
 import numpy as np
 
-from humanoid.goal_endings import End, Ending
-from humanoid.maps import Array
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
 from humanoid.route import follower
 from humanoid.route.costmap import KEEPS, Costmap
 from humanoid.route.planner import NoWay, length, plan
+from humanoid.route.task import Failure, Task
 
 REPLAN_EVERY = 2.0  # s between two plans; if an obstacle stands on the path, RETRY_EVERY counts
 RETRY_EVERY = 1.0  # s between two attempts to find a path
@@ -26,58 +24,48 @@ BACKS_UP, BACKS_UP_AT = 1.5, 0.15  # s and m/s: the second recovery is to back u
 MOST_RECOVERIES = 10  # after more recoveries the drive fails
 PASSED_WITHIN = 0.3  # m: within this distance an intermediate pose counts as passed
 CRUISES_AT = 0.45  # m/s: the speed by which the time left is estimated
-LOST_AFTER = 10.0  # s without a pose, after which the drive fails; until then the robot stands
 
 
-class Failure(Enum):
-    """Why a drive failed, for clients that read error codes."""
-
-    NONE = 'none'
-    NO_WAY = 'no way'
-    STUCK = 'stuck'
-    LOST = 'lost'
-
-
-class Errand:
+class Errand(Task):
     """One drive through `targets`, given in the map's frame. All times are in s of the same clock.
 
     If it `stops_at_each`, it arrives at each target as at the last one; otherwise it passes the others by.
     """
 
     def __init__(self, targets: Sequence[Pose2D], now: float, *, stops_at_each: bool = False) -> None:
+        super().__init__(now)
         self.targets = list(targets)
         self.stops_at_each = stops_at_each
-        self.began = now
-        self.path: Array | None = None
-        self.recoveries = 0
-        self.left = 0.0  # m left along the path to the last target
-        self.failure = Failure.NONE
-        self.ending: Ending | None = None
         self._planned_at = -math.inf
         self._way_at = now  # when planning last found a path
-        self._seen_at = now  # when the pose was last known
         self._progress = math.inf, now  # the shortest way left so far, and when it was that short
         self._recovers_until, self._backs_up = -math.inf, False
         self._looked_again = False
+
+    @property
+    def aim(self) -> str:
+        return f'({self.targets[-1].x:.2f}, {self.targets[-1].y:.2f}) m on the map'
 
     @property
     def time_left(self) -> float:
         """The estimated time left, in s."""
         return self.left / CRUISES_AT
 
-    def tick(self, costmap: Costmap, pose: Pose2D | None, now: float) -> Velocity2D:
-        """Return the base's velocity until the next tick. The drive is over once `ending` is set."""
-        if pose is None:
-            if now - self._seen_at > LOST_AFTER:
-                self._give_up(Failure.LOST, 'The robot does not know where it is: no transform from the map')
-            return STANDING
-        self._seen_at = now
+    @property
+    def poses_left(self) -> int:
+        return len(self.targets)
+
+    @property
+    def path_end(self) -> Pose2D:
+        return self.targets[0]
+
+    def _advance(self, costmap: Costmap, pose: Pose2D, now: float) -> Velocity2D:
         while len(self.targets) > 1 and self._is_done_with(self.targets[0], pose):
             del self.targets[0]
             self.path, self._planned_at = (None if self.stops_at_each else self.path), -math.inf
         if len(self.targets) == 1 and follower.has_arrived(pose, self.targets[0]):
             self.left = 0.0
-            self.ending = Ending(End.SUCCEEDED, 'Navigation completed successfully')
+            self._succeed('Navigation completed successfully')
             return STANDING
         if not self._has_way(costmap, pose, now) or self.path is None:
             return STANDING
@@ -150,9 +138,6 @@ class Errand:
         self._recovers_until = now + (BACKS_UP if self._backs_up else WAITS)
         self._progress = math.inf, self._recovers_until
         self._planned_at = -math.inf
-
-    def _give_up(self, failure: Failure, reason: str) -> None:
-        self.failure, self.ending = failure, Ending(End.ABORTED, reason)
 
 
 def explain(costmap: Costmap, pose: Pose2D, goal: Pose2D, problem: NoWay) -> str:

@@ -6,20 +6,24 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
 from rclpy.time import Time
 from tf2_ros import Buffer, TransformException
 
 from humanoid.clock import seconds
 from humanoid.maps import Array
+from humanoid.model import BASE
 from humanoid.navigation.base import Pose2D, compose, yaw_of
 from humanoid.navigation.goal_check import FRAME, LONGEST, refusal
 from humanoid.navigation.messages import BASE_LINK, target_of
 from humanoid.route.costmap import KEEPS, Costmap
-from humanoid.route.planner import NoWay, plan
+from humanoid.route.planner import OFF_BY, NoWay, length, plan, points_of, space
 from humanoid.text import quote
 
 MAP = 'map'
 MOST_POSES = 100
+MOST_POINTS, LONGEST_PATH = 10_000, 500.0  # poses, m: of a path that is given
+WITHIN_REACH = 1.5  # m between the robot and the path that it shall follow, at most
 LATEST = 1.0  # s
 
 
@@ -57,17 +61,28 @@ class Frames:
 
     def on_map(self, goal: PoseStamped, default: str = MAP) -> Pose2D:
         """Return a goal's pose on the map; a goal without a frame is in `default`. Raises Refused."""
-        frame = goal.header.frame_id or default
-        place = goal.pose.position
-        turn = goal.pose.orientation
-        problem = refusal(FRAME, (place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w), LONGEST)
-        if problem is not None:
-            raise Refused(problem)
-        pose = target_of(goal.pose)
-        at = self.place(frame)
-        if at is None:
+        return self.all_on_map([goal], default)[0]
+
+    def all_on_map(self, goals: Sequence[PoseStamped], default: str = MAP) -> list[Pose2D]:
+        """Return the poses of goals on the map; each frame is looked up once. Raises Refused."""
+        places: dict[str, Pose2D] = {}
+        found = []
+        for goal in goals:
+            frame, at, turn = goal.header.frame_id or default, goal.pose.position, goal.pose.orientation
+            problem = refusal(FRAME, (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w), LONGEST)
+            if problem is not None:
+                raise Refused(problem)
+            if frame not in places:
+                places[frame] = self.find(frame)
+            found.append(compose(places[frame], target_of(goal.pose)))
+        return found
+
+    def find(self, frame: str) -> Pose2D:
+        """Return the pose of a frame on the map. Raises Refused if TF does not have it."""
+        place = self.place(frame)
+        if place is None:
             raise Refused(f'frame_id {quote(frame)} is unknown to TF, or not connected with {MAP!r}')
-        return compose(at, pose)
+        return place
 
 
 def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D]) -> None:
@@ -75,10 +90,7 @@ def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D
 
     Obstacles that are not on the map do not count: they may have gone before the robot arrives.
     """
-    if costmap is None:
-        raise Refused('there is no map yet: nothing has come on map')
-    if pose is None:
-        raise Refused('the robot does not know where it is: no transform from map to base_link')
+    costmap, pose = check_place(costmap, pose)
     if not 0 < len(targets) <= MOST_POSES:
         raise Refused(f'{len(targets)} poses are not from 1 to {MOST_POSES}')
     for target in targets:
@@ -96,6 +108,47 @@ def check(costmap: Costmap | None, pose: Pose2D | None, targets: Sequence[Pose2D
             plan(costmap.geometry, costmap.mapped, start, target)
         except NoWay as problem:
             raise Refused(f'({target.x:.2f}, {target.y:.2f}) m: {problem}') from None
+
+
+def poses_of(path: Path) -> Sequence[PoseStamped]:
+    """Return the path's poses; those of a path with a frame are all in that frame, as in Nav2."""
+    if not path.header.frame_id:
+        return list(path.poses)
+    return [PoseStamped(header=path.header, pose=each.pose) for each in path.poses]
+
+
+def check_place(costmap: Costmap | None, pose: Pose2D | None) -> tuple[Costmap, Pose2D]:
+    """Return the map and the robot's pose. Raises Refused if one of them is unknown."""
+    if costmap is None:
+        raise Refused('there is no map yet: nothing has come on map')
+    if pose is None:
+        raise Refused('the robot does not know where it is: no transform from map to base_link')
+    return costmap, pose
+
+
+def check_path(costmap: Costmap | None, pose: Pose2D | None, poses: Sequence[Pose2D]) -> None:
+    """Raise Refused unless the robot can follow the path from where it is, past the things of the map."""
+    costmap, pose = check_place(costmap, pose)
+    check_length(poses)
+    line = space(points_of(poses))
+    away = np.hypot(line[:, 0] - pose.x, line[:, 1] - pose.y)
+    if away.min() > WITHIN_REACH:
+        raise Refused(f'the robot is {away.min():.2f} m from the path; {WITHIN_REACH:g} m is the most')
+    near = (costmap.measure_mapped(line) < BASE.radius) & (away > OFF_BY)
+    if near.any():
+        x, y = line[int(near.argmax())]
+        raise Refused(f'the path leads through a thing of the map, or off the map, near ({x:.1f}, {y:.1f}) m')
+
+
+def check_length(poses: Sequence[Pose2D]) -> None:
+    """Raise Refused unless the path has poses, and is not too long."""
+    if not poses:
+        raise Refused('the path is empty')
+    if len(poses) > MOST_POINTS:
+        raise Refused(f'the path has {len(poses)} poses; {MOST_POINTS} are the most')
+    way = length(points_of(poses))
+    if way > LONGEST_PATH:
+        raise Refused(f'the path is {way:.0f} m long; {LONGEST_PATH:g} m is the most')
 
 
 def plan_path(costmap: Costmap | None, start: Pose2D | None, target: Pose2D) -> Array:

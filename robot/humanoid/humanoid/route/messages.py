@@ -7,12 +7,12 @@ from itertools import pairwise
 
 from builtin_interfaces.msg import Time as TimeMsg
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import ComputePathToPose, FollowPath
+from nav2_msgs.action import AssistedTeleop, ComputePathToPose, FollowPath
 from nav_msgs.msg import Path
 
 from humanoid.maps import Array
 from humanoid.navigation.base import Pose2D
-from humanoid.route.errand import Failure
+from humanoid.route.task import Failure
 
 CODES = {
     Failure.NONE: ComputePathToPose.Result.NONE,
@@ -20,7 +20,20 @@ CODES = {
     Failure.STUCK: FollowPath.Result.FAILED_TO_MAKE_PROGRESS,
     Failure.LOST: ComputePathToPose.Result.TF_ERROR,
 }
-"""Nav2's error code for each failure."""
+"""Nav2's error code for each failure of a drive that plans its way."""
+
+PATH_CODES = {
+    Failure.BLOCKED: FollowPath.Result.PATIENCE_EXCEEDED,
+    Failure.STUCK: FollowPath.Result.FAILED_TO_MAKE_PROGRESS,
+    Failure.LOST: FollowPath.Result.TF_ERROR,
+}
+"""Nav2's error code for each failure of a drive along a given path."""
+
+TELEOP_CODES = {
+    Failure.LATE: AssistedTeleop.Result.TIMEOUT,
+    Failure.LOST: AssistedTeleop.Result.TF_ERROR,
+}
+"""Nav2's error code for each failure of a drive by hand."""
 
 
 def pose_message(pose: Pose2D, frame: str, stamp: TimeMsg) -> PoseStamped:

@@ -7,6 +7,7 @@ path is pulled tight: bends that a straight line can replace are left out.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -40,7 +41,12 @@ def plan(geometry: Geometry, clearance: Array, start: Pose2D, goal: Pose2D) -> A
     points = geometry.centres(cells)
     points[-1] = goal.x, goal.y
     points[0] = start.x, start.y
-    return _space(_pull_tight(geometry, clearance, points))
+    return space(_pull_tight(geometry, clearance, points))
+
+
+def points_of(poses: Sequence[Pose2D]) -> Array:
+    """Return the places of poses as points (n, 2), in m."""
+    return np.array([[pose.x, pose.y] for pose in poses], dtype=np.float64).reshape(-1, 2)
 
 
 def length(path: Array) -> float:
@@ -122,8 +128,11 @@ def _sample(geometry: Geometry, clearance: Array, points: Array) -> Array:
     return found
 
 
-def _space(points: Array) -> Array:
-    """Return points 0.1 m apart along the line through these points."""
+def space(points: Array) -> Array:
+    """Return points at most 0.1 m apart along the line through the points (n, 2), with both ends.
+
+    There are at least two of them, also if all given points lie in one place.
+    """
     ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     at = np.linspace(0.0, ways[-1], max(math.ceil(ways[-1] / SPACING), 1) + 1)
     return np.stack([np.interp(at, ways, points[:, 0]), np.interp(at, ways, points[:, 1])], axis=1)

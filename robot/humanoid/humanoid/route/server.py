@@ -6,6 +6,7 @@ Everything runs on the executor's one thread, so nothing here needs a lock.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -15,7 +16,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from lifecycle_msgs.srv import GetState
-from nav2_msgs.action import ComputePathToPose, NavigateToPose
+from nav2_msgs.action import NavigateToPose
 from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
@@ -24,23 +25,26 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.task import Future
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Empty
 from tf2_ros import Buffer, TransformListener
 
-from humanoid.clock import duration_msg, now, stamp
+from humanoid.clock import now, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.emergency.names import make_latched_qos
 from humanoid.goal_endings import Decision, End, Ending, carry_out, judge, or_abort
-from humanoid.maps import read, write
+from humanoid.maps import Array, read, write
 from humanoid.model import DESCRIPTION
 from humanoid.nav2_states import tell_state
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, compose, invert
 from humanoid.route.actions import MANNERS, Manner, Progress
 from humanoid.route.costmap import Costmap
 from humanoid.route.errand import Errand
-from humanoid.route.goals import MAP, Frames, Refused, check, judge_by, plan_path
+from humanoid.route.goals import MAP, Frames, Refused, judge_by
 from humanoid.route.messages import path_message, pose_message
-from humanoid.route.planner import NoWay
+from humanoid.route.paths import PathServers
+from humanoid.route.task import Task
+from humanoid.route.teleop_errand import TeleopErrand
 from humanoid.running import run
 from humanoid.walking.fall_listener import FallListener
 from humanoid.walking.names import FELL, LIES
@@ -58,11 +62,13 @@ class Drive:
 
     goal: ServerGoalHandle
     manner: Manner
-    errand: Errand
+    task: Task
     frame: str  # of the goal
     origin: Pose2D  # the pose of the goal's frame on the map when the goal began
     allowed: float  # s
     next_feedback: float
+    shown: Array | None = None  # the path that was published last
+    speed: float = 0.0  # m/s that the base was asked for last
     last: Progress | None = None
     decision: Decision = field(default_factory=Decision)
 
@@ -90,6 +96,8 @@ class Navigator(Node):
         self.create_subscription(LaserScan, 'scan', self._see, qos_profile_sensor_data)
         self.create_subscription(Twist, 'cmd_vel', self._yield_to, 10)
         self.create_subscription(PoseStamped, 'goal_pose', self._send_goal, 1)
+        self.create_subscription(Twist, 'cmd_vel_teleop', self._hear_teleop, 10)
+        self.create_subscription(Empty, 'preempt_teleop', self._finish_teleop, 10)
         self._stop = StopListener(self, self._emergency)
         self._fall = FallListener(self, self._fell)
         Diagnostics(self, 'navigation', self._health)
@@ -106,16 +114,8 @@ class Navigator(Node):
 
     def _begin_to_serve(self) -> None:
         """Offer the actions; from then on goals are accepted."""
-        self._servers = [self._serve(manner) for manner in MANNERS]
-        self._servers.append(
-            ActionServer(
-                self,
-                ComputePathToPose,
-                'compute_path_to_pose',
-                execute_callback=self._compute_path,
-                goal_callback=lambda _goal: GoalResponse.ACCEPT,
-            )
-        )
+        paths = PathServers(self, self._frames, lambda: self._costmap, self._plan.publish)
+        self._servers = [*(self._serve(manner) for manner in MANNERS), *paths.servers]
         self.get_logger().info('Navigator ready')
 
     def _serve(self, manner: Manner) -> ActionServer:
@@ -157,7 +157,7 @@ class Navigator(Node):
 
     def _targets(self, manner: Manner, request: Any) -> list[Pose2D]:
         """Return the poses of a goal, on the map. Raises Refused."""
-        return [self._frames.on_map(pose, manner.default_frame) for pose in manner.poses(request)]
+        return self._frames.all_on_map(manner.poses(request), manner.default_frame)
 
     async def _judge(self, manner: Manner, request: Any) -> GoalResponse:
         await self._stop.until_known()
@@ -166,7 +166,8 @@ class Navigator(Node):
             if reason := self._stop.refusal or self._fall.refusal:
                 raise Refused(reason)
             manner.time_allowed(request)
-            check(self._costmap, self._frames.robot(now(self)), self._targets(manner, request))
+            pose = self._frames.robot(now(self))
+            manner.check(request, self._costmap, pose, self._targets(manner, request))
 
         return judge(self, judge_by(check_all))
 
@@ -174,11 +175,12 @@ class Navigator(Node):
         """Begin a goal, and abort the running one: it is older, as goals begin in the order of acceptance."""
         self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
         moment, request = now(self), goal_handle.request
-        frame = manner.poses(request)[-1].header.frame_id or manner.default_frame
+        poses = manner.poses(request)
+        frame = (poses[-1].header.frame_id if poses else '') or manner.default_frame
         drive = Drive(
             goal_handle,
             manner,
-            Errand([Pose2D()], moment),
+            Errand([Pose2D()], moment),  # until its own task is made below
             frame,
             self._frames.place(frame) or Pose2D(),
             manner.time_allowed(request),
@@ -186,10 +188,8 @@ class Navigator(Node):
         )
         self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
         with or_abort(self, self._end):
-            targets = self._targets(manner, request)
-            drive.errand = Errand(targets, moment, stops_at_each=manner.stops_at_each)
-            end = drive.errand.targets[-1]
-            self.get_logger().info(f'Goal accepted: ({end.x:.2f}, {end.y:.2f}) m on the map')
+            drive.task = manner.set_out(request, self._targets(manner, request), moment)
+            self.get_logger().info(f'Goal accepted: {drive.task.aim}')
         # A stop or a fall may have happened between the goal's acceptance and its start.
         if self._stop.stopped:
             self._emergency()
@@ -204,7 +204,7 @@ class Navigator(Node):
     async def _execute(self, goal_handle: ServerGoalHandle) -> Any:
         drive, ending = await carry_out(self, goal_handle, self._drives)
         progress = drive.last or self._progress(drive)
-        return drive.manner.result(goal_handle.request, progress, ending, drive.errand.failure)
+        return drive.manner.result(goal_handle.request, progress, ending, drive.task.failure)
 
     def _tick(self) -> None:
         if not self._servers:
@@ -220,32 +220,33 @@ class Navigator(Node):
 
     def _drive_on(self, drive: Drive) -> None:
         assert self._costmap is not None  # no goal is accepted without a map
-        moment, errand = now(self), drive.errand
-        path = errand.path
-        self._move(errand.tick(self._costmap, self._frames.robot(moment), moment))
-        if errand.path is not path and errand.path is not None:
-            self._plan.publish(path_message(errand.path, errand.targets[0], MAP, stamp(self)))
-        elapsed = moment - errand.began
+        moment, task = now(self), drive.task
+        velocity = task.tick(self._costmap, self._frames.robot(moment), moment)
+        drive.speed = math.hypot(velocity.x, velocity.y)
+        self._move(velocity)
+        if task.path is not drive.shown and task.path is not None:
+            drive.shown = task.path
+            self._plan.publish(path_message(task.path, task.path_end, MAP, stamp(self)))
         if moment >= drive.next_feedback:
             drive.next_feedback += FEEDBACK_EVERY
-            if errand.path is not None:  # before the first plan the distance is unknown
-                feedback = drive.manner.feedback(drive.goal.request, self._progress(drive))
-                drive.goal.publish_feedback(feedback)
-        if errand.ending is not None:
-            self._end(errand.ending)
-        elif elapsed >= drive.allowed:
-            message = f'Timed out after {drive.allowed:g} s, {errand.left:.2f} m short of the target'
+            if task.is_measured:
+                drive.goal.publish_feedback(drive.manner.feedback(drive.goal.request, self._progress(drive)))
+        if task.ending is not None:
+            self._end(task.ending)
+        elif moment - task.began >= drive.allowed:
+            message = f'Timed out after {drive.allowed:g} s, {task.left:.2f} m short of the target'
             self._end(Ending(End.ABORTED, message))
 
     def _progress(self, drive: Drive) -> Progress:
-        errand, pose = drive.errand, self._frames.robot(now(self)) or Pose2D()
+        task, pose = drive.task, self._frames.robot(now(self)) or Pose2D()
         return Progress(
             pose_message(compose(invert(drive.origin), pose), drive.frame, stamp(self)),
-            now(self) - errand.began,
-            errand.left,
-            errand.time_left,
-            errand.recoveries,
-            len(errand.targets),
+            now(self) - task.began,
+            task.left,
+            task.time_left,
+            task.recoveries,
+            task.poses_left,
+            drive.speed,
         )
 
     def _move(self, velocity: Velocity2D) -> None:
@@ -272,25 +273,20 @@ class Navigator(Node):
         if command.linear.x or command.linear.y or command.angular.z:
             self._end(Ending(End.ABORTED, 'Pre-empted by cmd_vel'))
 
-    def _compute_path(self, goal_handle: ServerGoalHandle) -> ComputePathToPose.Result:
-        """Serve ComputePathToPose: plan a path without driving along it."""
-        request, result = goal_handle.request, ComputePathToPose.Result()
-        began = now(self)
-        try:
-            target = self._frames.on_map(request.goal)
-            start = self._frames.on_map(request.start) if request.use_start else self._frames.robot(began)
-            path = plan_path(self._costmap, start, target)
-        except (Refused, NoWay) as problem:
-            is_frame = isinstance(problem, Refused)
-            result.error_code = result.TF_ERROR if is_frame else result.NO_VALID_PATH
-            result.error_msg = str(problem)
-            goal_handle.abort()
-            return result
-        result.path = path_message(path, target, MAP, stamp(self))
-        result.planning_time = duration_msg(now(self) - began)
-        self._plan.publish(result.path)
-        goal_handle.succeed()
-        return result
+    def _hear_teleop(self, command: Twist) -> None:
+        """Pass a velocity on to the goal of assisted_teleop; without such a goal it means nothing."""
+        if (task := self._teleop) is not None:
+            task.hear(Velocity2D(command.linear.x, command.linear.y, command.angular.z), now(self))
+
+    def _finish_teleop(self, _message: Empty) -> None:
+        if (task := self._teleop) is not None:
+            task.finish()
+
+    @property
+    def _teleop(self) -> TeleopErrand | None:
+        """The task that takes velocities now, if there is one."""
+        task = self._driving.task if self._driving is not None else None
+        return task if isinstance(task, TeleopErrand) else None
 
     def _show(self) -> None:
         if self._costmap is None:
@@ -316,9 +312,9 @@ class Navigator(Node):
             return Health('waits for the map and for where the robot is', DiagnosticStatus.WARN)
         if self._driving is None:
             return Health('waits for a goal')
-        errand = self._driving.errand
-        values = {'distance remaining': f'{errand.left:.2f}', 'recoveries': errand.recoveries}
-        return Health('on the way', values=values)
+        task = self._driving.task
+        values = {'distance remaining': f'{task.left:.2f}', 'recoveries': task.recoveries}
+        return Health(task.doing, values=values)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
 from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import FollowWaypoints
+from nav2_msgs.action import AssistedTeleop, FollowPath, FollowWaypoints
+from nav_msgs.msg import Path
+from std_msgs.msg import Header
 
 from humanoid.goal_endings import End, Ending
-from humanoid.route.actions import Progress, WaypointsManner
-from humanoid.route.errand import Failure
+from humanoid.route.actions import PathManner, Progress, TeleopManner, WaypointsManner
 from humanoid.route.goals import Refused
+from humanoid.route.task import Failure
 
 
 def goal(number_of_poses: int, *, start: int = 0, loops: int = 0) -> FollowWaypoints.Goal:
@@ -53,3 +57,45 @@ def test_the_waypoint_that_was_not_reached_is_named() -> None:
 def test_waypoints_without_a_way_through_them_are_refused(request_: FollowWaypoints.Goal, why: str) -> None:
     with pytest.raises(Refused, match=why):
         WaypointsManner().poses(request_)
+
+
+def test_a_path_counts_in_its_own_frame_and_if_it_has_none_in_those_of_its_poses() -> None:
+    path = Path(poses=[PoseStamped(header=Header(frame_id='odom')), PoseStamped()])
+    assert frames(PathManner().poses(FollowPath.Goal(path=path))) == ['odom', '']
+    path.header.frame_id = 'base_link'
+    assert frames(PathManner().poses(FollowPath.Goal(path=path))) == ['base_link', 'base_link']
+
+
+def frames(poses: Sequence[PoseStamped]) -> list[str]:
+    return [pose.header.frame_id for pose in poses]
+
+
+@pytest.mark.parametrize('field', ['controller_id', 'goal_checker_id', 'progress_checker_id'])
+def test_controllers_and_checkers_that_are_not_there_are_refused(field: str) -> None:
+    request = FollowPath.Goal()
+    setattr(request, field, 'mine')
+    with pytest.raises(Refused, match=f"{field} 'mine' is not there; leave it empty or write '"):
+        PathManner().check(request, None, None, [])
+
+
+@pytest.mark.parametrize(
+    ('ending', 'failure', 'path_code', 'teleop_code'),
+    [
+        (Ending(End.SUCCEEDED, 'There'), Failure.NONE, 0, 0),
+        (Ending(End.CANCELED, 'Goal canceled'), Failure.NONE, 0, 0),
+        (Ending(End.ABORTED, 'Emergency stop'), Failure.NONE, 100, 730),
+        (Ending(End.ABORTED, 'Lost'), Failure.LOST, 102, 732),
+        (Ending(End.ABORTED, 'Blocked'), Failure.BLOCKED, 104, 730),
+        (Ending(End.ABORTED, 'Stuck'), Failure.STUCK, 105, 730),
+        (Ending(End.ABORTED, 'Late'), Failure.LATE, 100, 731),
+    ],
+)
+def test_results_have_the_error_codes_of_nav2(
+    ending: Ending, failure: Failure, path_code: int, teleop_code: int
+) -> None:
+    path = PathManner().result(FollowPath.Goal(), progress(0), ending, failure)
+    teleop = TeleopManner().result(AssistedTeleop.Goal(), progress(0), ending, failure)
+    message = '' if ending.success else ending.message
+    assert (path.error_code, path.error_msg) == (path_code, message)
+    assert (teleop.error_code, teleop.error_msg) == (teleop_code, message)
+    assert teleop.total_elapsed_time.sec == 1

@@ -7,59 +7,31 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
+from helpers.house_stage import Stage
 
-from humanoid.maps import read
-from humanoid.navigation.base import STANDING, Base, Pose2D, compose
+from humanoid.navigation.base import STANDING, Pose2D
 from humanoid.route import follower
-from humanoid.route.costmap import Costmap
-from humanoid.route.errand import Errand, Failure
-from humanoid.world.file import load
-from humanoid.world.messages import occupancy
-from humanoid.world.scene import Scene, beam_angles
-
-TICK = 0.05
-LASER = Pose2D(0.07, 0.0, 0.0)
-
-
-class Stage:
-    """The house, a base in it, and what its scanner has seen."""
-
-    def __init__(self) -> None:
-        self.scene = Scene(load('house'))
-        self.costmap = Costmap(*read(occupancy(self.scene.file.solids, 0.05, Time())))
-        self.base = Base()
-        self.now = 0.0
-        self.nearest = math.inf
-        self._chance = np.random.default_rng(3)
-
-    def drive(
-        self,
-        targets: Sequence[Pose2D],
-        limit: float = 120.0,
-        meanwhile: Callable[[], None] = lambda: None,
-        *,
-        stops_at_each: bool = False,
-    ) -> Errand:
-        """Until the errand ends; at most `limit` s."""
-        errand, ticks = Errand(targets, self.now, stops_at_each=stops_at_each), 0
-        while errand.ending is None and ticks * TICK < limit:
-            if ticks % 2 == 0:
-                laser = compose(self.base.pose, LASER)
-                ranges = self.scene.scan(laser, 0.7, 0.01, self._chance)
-                self.costmap.see(laser, beam_angles(), ranges, self.now)
-            self.base.drive_at(errand.tick(self.costmap, self.base.pose, self.now))
-            self.base.step(TICK)
-            self.scene.step(TICK, self.base.pose)
-            self.nearest = min(self.nearest, self.scene.clearance(self.base.pose))
-            self.now, ticks = self.now + TICK, ticks + 1
-            meanwhile()
-        return errand
+from humanoid.route.errand import Errand
+from humanoid.route.task import Failure
 
 
 @pytest.fixture
 def stage() -> Stage:
     return Stage()
+
+
+def drive(
+    stage: Stage,
+    targets: Sequence[Pose2D],
+    limit: float = 120.0,
+    meanwhile: Callable[[], None] = lambda: None,
+    *,
+    stops_at_each: bool = False,
+) -> Errand:
+    """Drive on the stage until the errand ends; at most `limit` s."""
+    errand = Errand(targets, stage.now, stops_at_each=stops_at_each)
+    stage.carry_out(errand, limit, meanwhile)
+    return errand
 
 
 def arrived(errand: Errand) -> bool:
@@ -68,7 +40,7 @@ def arrived(errand: Errand) -> bool:
 
 def test_it_arrives_in_another_room_as_exactly_as_promised(stage: Stage) -> None:
     goal = Pose2D(8.0, 3.0, 2.0)
-    assert arrived(stage.drive([goal]))
+    assert arrived(drive(stage, [goal]))
     assert follower.has_arrived(stage.base.pose, goal)
     assert stage.nearest > 0.0
 
@@ -76,7 +48,7 @@ def test_it_arrives_in_another_room_as_exactly_as_promised(stage: Stage) -> None
 def test_it_drives_through_poses_without_stopping_at_them(stage: Stage) -> None:
     passed: list[float] = []
     way = [Pose2D(1.5, 1.0), Pose2D(3.5, 1.0), Pose2D(4.5, 2.0)]
-    errand = stage.drive(way, meanwhile=lambda: passed.append(math.hypot(*speed(stage))))
+    errand = drive(stage, way, meanwhile=lambda: passed.append(math.hypot(*speed(stage))))
     assert arrived(errand)
     middle = passed[len(passed) // 4 : len(passed) // 2]
     assert min(middle) > 0.05
@@ -85,7 +57,7 @@ def test_it_drives_through_poses_without_stopping_at_them(stage: Stage) -> None:
 def test_it_stops_at_each_waypoint_with_its_heading(stage: Stage) -> None:
     way = [Pose2D(1.5, 1.0, 1.5), Pose2D(0.5, 1.0, 0.0), Pose2D(1.5, 0.5, -1.5)]
     at_rest: list[Pose2D] = []
-    errand = stage.drive(way, stops_at_each=True, meanwhile=lambda: at_rest.append(stage.base.pose))
+    errand = drive(stage, way, stops_at_each=True, meanwhile=lambda: at_rest.append(stage.base.pose))
     assert arrived(errand)
     for waypoint in way:
         assert any(follower.has_arrived(pose, waypoint) for pose in at_rest)
@@ -102,7 +74,7 @@ def test_a_door_that_closes_on_the_way_is_gone_round(stage: Stage) -> None:
         if stage.base.pose.x > 3.5:
             stage.scene.open['kitchen'] = False
 
-    errand = stage.drive([Pose2D(7.0, 3.0)], meanwhile=close)
+    errand = drive(stage, [Pose2D(7.0, 3.0)], meanwhile=close)
     assert arrived(errand), errand.ending
     assert stage.now > 25.0, 'it went through the corridor'
     assert stage.nearest > 0.0
@@ -110,7 +82,7 @@ def test_a_door_that_closes_on_the_way_is_gone_round(stage: Stage) -> None:
 
 def test_a_room_with_its_doors_closed_is_given_up_with_the_reason(stage: Stage) -> None:
     stage.scene.open['living_room'] = stage.scene.open['kitchen'] = False
-    errand = stage.drive([Pose2D(7.0, 3.0)], limit=60.0)
+    errand = drive(stage, [Pose2D(7.0, 3.0)], limit=60.0)
     assert errand.failure is Failure.NO_WAY
     assert errand.ending is not None
     assert 'No way: the map shows one, and something stands on it near (5.' in errand.ending.message
@@ -132,6 +104,6 @@ def test_ten_goals_among_people_end_without_a_touch(stage: Stage) -> None:
         goal = Pose2D(chance.uniform(-1.5, 10.0), chance.uniform(-1.5, 10.0), chance.uniform(-3.0, 3.0))
         while stage.costmap.measure_mapped(np.array([[goal.x, goal.y]]))[0] < 0.4:
             goal = Pose2D(chance.uniform(-1.5, 10.0), chance.uniform(-1.5, 10.0), goal.yaw)
-        reached += arrived(stage.drive([goal], limit=150.0))
+        reached += arrived(drive(stage, [goal], limit=150.0))
     assert reached >= 9
     assert stage.nearest > 0.0
