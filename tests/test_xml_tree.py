@@ -42,3 +42,11 @@ def test_what_is_no_xml_or_not_safe_is_refused_with_its_line(data: bytes, proble
 def test_a_text_of_many_lines_is_read_in_one_pass() -> None:
     lines = 'one\n' * 500_000
     assert xml_tree.read(f'<a>{lines}</a>').text == lines
+
+
+def test_the_memory_of_many_small_elements_is_limited_where_one_asks_for_it() -> None:
+    for many in ('<b/>', '<b c="" d=""/>', 'one\n'):
+        data = f'<a>\n{many * 20_000}</a>'
+        assert xml_tree.read(data, most_memory=64 << 20)
+        with pytest.raises(xml_tree.XmlError, match='more than 1 MB of memory'):
+            xml_tree.read(data, most_memory=1 << 20)

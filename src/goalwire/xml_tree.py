@@ -74,16 +74,32 @@ _UNCLOSED = frozenset(
 """expat's codes of the errors that an unclosed element causes."""
 
 
-def read(data: bytes | str) -> Element:
-    """Parse a document and return its outermost element. Raises XmlError."""
+_ELEMENT_BYTES, _ATTRIBUTE_BYTES, _TEXT_BYTES = 400, 200, 80
+"""About how much memory an element, an attribute and a piece of text take here beside their characters."""
+
+
+def read(data: bytes | str, most_memory: int | None = None) -> Element:
+    """Parse a document and return its outermost element. Raises XmlError.
+
+    `most_memory` limits, roughly, the bytes that the elements take beside their characters: small elements
+    take a hundred times their bytes in the document.
+    """
     parser = expat.ParserCreate()
     root = Element('', {}, 0)
     open_elements = [root]
+    memory = 0
 
     def refused(problem: str) -> XmlError:
         return XmlError(problem, parser.CurrentLineNumber, parser.CurrentColumnNumber)
 
+    def take(size: int) -> None:
+        nonlocal memory
+        memory += size
+        if most_memory is not None and memory > most_memory:
+            raise refused(f'its elements take more than {most_memory >> 20} MB of memory')
+
     def begin(tag: str, attributes: dict[str, str]) -> None:
+        take(_ELEMENT_BYTES + _ATTRIBUTE_BYTES * len(attributes))
         if len(open_elements) > DEEPEST:
             raise refused(f'more than {DEEPEST} elements lie in one another')
         element = Element(tag, attributes, parser.CurrentLineNumber)
@@ -94,6 +110,7 @@ def read(data: bytes | str) -> Element:
         open_elements.pop()
 
     def text(characters: str) -> None:
+        take(_TEXT_BYTES)
         open_elements[-1].add_text(characters, parser.CurrentLineNumber)
 
     def doctype(*_: object) -> None:
