@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from time import monotonic
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +11,7 @@ import pytest
 from helpers.console import DATA
 
 from goalwire.apps.console.state.form_model import form_of
-from goalwire.apps.console.state.robot_model import as_scene, likely_prefix, mesh_file, read_urdf, root_pose
+from goalwire.apps.console.state.robot_model import as_scene, likely_prefix, read_urdf, root_pose
 from goalwire.apps.console.state.robot_state import RobotState
 from goalwire.apps.console.state.robot_watch import (
     RobotWatch,
@@ -96,36 +95,6 @@ _BOX = '<link name="a"><visual><geometry><box size="{}"/></geometry></visual></l
 def test_a_description_that_is_none_is_told(text: str, problem: str) -> None:
     with pytest.raises(RemoteError, match=problem):
         read_urdf(text)
-
-
-def test_meshes_are_files_of_packages_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    share = tmp_path / 'share' / 'arm'
-    (tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages').mkdir(parents=True)
-    (tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'arm').touch()
-    (share / 'meshes').mkdir(parents=True)
-    (share / 'meshes' / 'hand.stl').write_bytes(b'solid')
-    (share / 'secret.txt').write_bytes(b'secret')
-    (tmp_path / 'share' / 'outside.stl').write_bytes(b'solid')
-    (share / 'link.stl').symlink_to(tmp_path / 'share' / 'outside.stl')
-    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
-    (share / 'meshes' / 'hand.OBJ').write_bytes(b'v 0 0 0')
-    assert mesh_file('package://arm/meshes/hand.stl').name == 'hand.stl'
-    assert mesh_file('package://arm/meshes/hand.OBJ').name == 'hand.OBJ'
-    for name in (
-        'file:///etc/passwd',
-        '/etc/passwd',
-        'http://elsewhere/x.stl',
-        'package://arm/secret.txt',
-        'package://arm/../outside.stl',
-        'package://arm/%2e%2e/outside.stl',
-        'package://arm//etc/passwd',
-        'package://arm/link.stl',
-        'package://arm/meshes/none.stl',
-        'package://../x.stl',
-        'package://nobody/x.stl',
-    ):
-        with pytest.raises(RemoteError):
-            mesh_file(name)
 
 
 _SHELL = """

@@ -26,7 +26,7 @@ class OtherRobotsCard:
         self._scene = scene
         self._watches: dict[str, RobotWatch] = {}
         self._notes: dict[str, ui.label] = {}
-        self._versions: dict[str, int] = {}
+        self._versions: dict[str, tuple[int, int]] = {}
         self._sent: dict[str, object] = {}
         with ui.element('div').classes('gw-card').props('data-other-robots') as self._card:
             head('Other robots', 'groups')
@@ -80,9 +80,11 @@ class OtherRobotsCard:
             if model is None:
                 note.set_text('its robot_description has not come yet')
                 continue
-            if self._versions.get(name) != watch.version:
-                self._versions[name] = watch.version
-                shapes, _, _ = scene_of(model, self._page.session.meshes)
+            meshes = self._page.session.meshes
+            if self._versions.get(name) != (watch.version, meshes.version):
+                self._versions[name] = watch.version, meshes.version
+                self._sent.pop(name, None)
+                shapes, _, _ = scene_of(model, meshes)
                 self._scene.run_method('set_model', shapes, name)
             is_joined = own_top == top
             note.set_text('' if is_joined else _why_not_drawn(own_top, top))

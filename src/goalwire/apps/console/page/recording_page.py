@@ -20,9 +20,10 @@ from goalwire.apps.console.page.recording_plots import RecordingPlots
 from goalwire.apps.console.page.robot_view import RobotScene
 from goalwire.apps.console.page.site import install_site
 from goalwire.apps.console.page.theme import set_colours
+from goalwire.apps.console.state.meshes import Meshes
 from goalwire.apps.console.state.playhead import Playhead
 from goalwire.apps.console.state.recorded_moment import Moment, Moments
-from goalwire.apps.console.state.robot_model import Meshes, scene_of
+from goalwire.apps.console.state.robot_model import scene_of
 from goalwire.apps.console.state.series import put_sign
 from goalwire.errors import RemoteError
 from goalwire.idl.pictures import COMPRESSED, IMAGE, as_data_url
@@ -76,7 +77,8 @@ class RecordingPage:
         self._topic = ''
         self._wanted: object = None
         self._shown: Moment | None = None
-        self._model: object = None
+        self._drawn: tuple[object, int] = None, 0
+        """The model that is in the scene, and the version of the meshes that it was drawn with."""
         self._scene_sent: object = None
         self._is_dark = False
 
@@ -289,8 +291,8 @@ class RecordingPage:
         self._problems.set_text('\n'.join(problems))
 
     def _put_robot(self, moment: Moment) -> None:
-        if moment.model is not self._model:
-            self._model = moment.model
+        if self._drawn != (drawn := (moment.model, self._meshes.version)):
+            self._drawn = drawn
             scene = [] if moment.model is None else scene_of(moment.model, self._meshes)[0]
             self._scene.run_method('set_model', scene)
             self._scene_sent = None

@@ -71,6 +71,7 @@ class RobotView(View):
         self._version = -1
         self._model: RobotModel | None = None
         self._mesh_problem = ''
+        self._meshes_version = 0
         self._names: list[str] = []
         self._place: tuple[float, float, float] | None = None
         self._offered: SendForm | None = None
@@ -190,7 +191,7 @@ class RobotView(View):
             self._fresh.set_visibility(False)
             self._foot.set_visibility(False)
             return
-        if watch.version != self._version:
+        if watch.version != self._version or self._meshes_version != self.session.meshes.version:
             self._version = watch.version
             self._take_model(watch)
         frame, base = watch.pose()
@@ -233,10 +234,13 @@ class RobotView(View):
             self._gone.set_text(f'{why}: shown is where it was.')
 
     def _take_model(self, watch: RobotWatch) -> None:
-        model = watch.model
+        model, version = watch.model, self.session.meshes.version
         if model is None or model is not self._model:
             self._model, self._mesh_problem = model, ''
             self._draw_model(model)
+        elif self._meshes_version != version:
+            self._draw_shapes(model)
+        self._meshes_version = version
         problem = watch.problem or self._mesh_problem
         self._problem.set_visibility(bool(problem))
         self._problem.set_text(problem)
@@ -245,11 +249,17 @@ class RobotView(View):
         self._joint_card.clear()
         self._joint_card.set_visibility(model is not None)
         self._joints = None
-        self._sent = None
         if model is None:
             self._about.set_text('Its robot_description has not come yet.')
             self._scene.run_method('set_model', [])
+            self._sent = None
             return
+        self._draw_shapes(model)
+        with self._joint_card:
+            self._joints = JointSliders(self, [joint for joint in model.kinematics.joints if joint.is_free])
+
+    def _draw_shapes(self, model: RobotModel) -> None:
+        self._sent = None
         scene, self._mesh_problem, missing = scene_of(model, self.session.meshes)
         movable = [joint for joint in model.kinematics.joints if joint.is_free]
         self._about.set_text(
@@ -257,8 +267,6 @@ class RobotView(View):
             + (f'; {missing} meshes are not shown' if missing else '')
         )
         self._scene.run_method('set_model', scene)
-        with self._joint_card:
-            self._joints = JointSliders(self, movable)
 
     def _marks(self) -> list[dict[str, Any]]:
         marks = []

@@ -10,8 +10,10 @@ from fastapi import FastAPI
 from fastapi.responses import FileResponse, PlainTextResponse, Response
 from nicegui import Client, app, core, ui
 
+from goalwire.errors import RemoteError
+
 if TYPE_CHECKING:
-    from goalwire.apps.console.state.robot_model import Meshes
+    from goalwire.apps.console.state.meshes import Meshes
 
 MOST_PAGES = 100
 """The largest number of pages in all browsers; a page to which no browser connects counts for a minute."""
@@ -20,6 +22,7 @@ RECONNECT_S = 10.0
 its page are cancelled. It also sets how often connections are tested: every 8 s, and 4 s for the answer."""
 KEPT_S = 60.0
 """Seconds that a page is kept without a connection. A browser that comes back later loads the page anew."""
+_MEDIA = {'.png': 'image/png', '.jpg': 'image/jpeg', '.jpeg': 'image/jpeg'}
 _STYLE = Path(__file__).with_name('style.css')
 
 
@@ -31,11 +34,16 @@ def install_site(application: FastAPI, meshes: Meshes) -> str:
     app.add_static_file(local_file=_STYLE, url_path='/console/style.css', max_cache_age=3600)
 
     @app.get('/console/mesh/{key}', include_in_schema=False)
-    def mesh(key: str) -> Response:
+    async def mesh(key: str) -> Response:
         file = meshes.file(key)
         if file is None:
             return PlainTextResponse('there is no such mesh\n', 404)
-        return FileResponse(file, media_type='application/octet-stream')
+        if file.suffix.lower() == '.dae':
+            try:
+                return Response(await meshes.as_gltf(key), media_type='model/gltf-binary')
+            except RemoteError as error:
+                return PlainTextResponse(f'{error}\n', 422)
+        return FileResponse(file, media_type=_MEDIA.get(file.suffix.lower(), 'application/octet-stream'))
 
     @app.exception_handler(404)
     def missing(_request: object, _error: Exception) -> Response:

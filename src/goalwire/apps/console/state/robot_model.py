@@ -8,20 +8,15 @@ instead of shapes (for the humanoid: `humanoid.urdf`): neither side imports the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from hashlib import sha256
-from pathlib import Path
 from typing import Any, Literal, TypeAlias
-from urllib.parse import unquote
 
+from goalwire.apps.console.state.meshes import Meshes
 from goalwire.errors import RemoteError
 from goalwire.records import record
 from goalwire.transforms import urdf
 from goalwire.transforms.rigid import IDENTITY, Rigid
 from goalwire.transforms.urdf import Kinematics
 from goalwire.xml_tree import Element
-
-MOST_MESH_BYTES = 64 << 20
-MESH_SUFFIXES = frozenset({'.stl', '.obj', '.glb', '.gltf'})
 
 ShapeKind: TypeAlias = Literal['box', 'cylinder', 'sphere', 'mesh']
 Colour: TypeAlias = tuple[float, float, float, float]
@@ -142,46 +137,7 @@ def _colour(material: Element) -> Colour | None:
     return (parts[0], parts[1], parts[2], parts[3]) if len(parts) == 4 else None
 
 
-# -- meshes --------------------------------------------------------------------------------------------------
-
-
-def mesh_file(name: str) -> Path:
-    """Return the file of a mesh that is named package://PACKAGE/…; raises RemoteError for all else."""
-    from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
-
-    prefix = 'package://'
-    if not name.startswith(prefix):
-        raise RemoteError(f'meshes are taken from package://…, not from {name[:80]!r}')
-    package, _, inner = unquote(name.removeprefix(prefix)).partition('/')
-    try:
-        share = Path(get_package_share_directory(package)).resolve()
-    except (PackageNotFoundError, ValueError):
-        raise RemoteError(f"the package '{package[:80]}' is not installed here") from None
-    file = (share / inner).resolve()
-    if not file.is_relative_to(share) or file.suffix.lower() not in MESH_SUFFIXES:
-        ends = ', '.join(sorted(MESH_SUFFIXES))
-        raise RemoteError(f'{name[:80]!r} is not a mesh file of its package; meshes end in {ends}')
-    if not file.is_file() or file.stat().st_size > MOST_MESH_BYTES:
-        raise RemoteError(f'{name[:80]!r} is not there, or too large')
-    return file
-
-
-class Meshes:
-    """The mesh files that descriptions name, by keys. Only these files are served."""
-
-    def __init__(self) -> None:
-        self._files: dict[str, Path] = {}
-
-    def url(self, name: str) -> str:
-        """Return the address of a mesh; raises RemoteError if it may not, or cannot, be served."""
-        file = mesh_file(name)
-        key = sha256(str(file).encode()).hexdigest()[:24] + file.suffix.lower()
-        self._files[key] = file
-        return f'/console/mesh/{key}'
-
-    def file(self, key: str) -> Path | None:
-        """Return the mesh file that a key stands for."""
-        return self._files.get(key)
+# -- the page's scene ----------------------------------------------------------------------------------------
 
 
 def scene_of(model: RobotModel, meshes: Meshes) -> tuple[list[dict[str, Any]], str, int]:

@@ -14,11 +14,11 @@ from goalwire.aio.graph import GraphProblem
 from goalwire.apps.console.settings import Settings
 from goalwire.apps.console.state.goal_watch import GoalWatch
 from goalwire.apps.console.state.live_recording import LiveRecording
+from goalwire.apps.console.state.meshes import Meshes
 from goalwire.apps.console.state.mission_journal import MissionJournal
 from goalwire.apps.console.state.ownership import may_move
 from goalwire.apps.console.state.presses import Press, Presses
 from goalwire.apps.console.state.rights import Rights
-from goalwire.apps.console.state.robot_model import Meshes
 from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
 from goalwire.apps.console.state.sending import Sender
 from goalwire.apps.console.state.stopping import Answer, Listener, release, stop

@@ -1,4 +1,5 @@
-// Mesh files: STL and OBJ, which take the colour of the robot's description, and glTF, which has its own.
+// Mesh files: STL and OBJ, which take the colour of the robot's description, glTF, which has its own, and COLLADA,
+// which the console sends as glTF, with the description's colour and opacity for what has none.
 import { GLTFLoader, STLLoader, THREE } from "nicegui-scene";
 
 const CREASE = Math.cos(0.6); // where triangles meet at a larger angle, an edge stays an edge
@@ -17,8 +18,17 @@ export function load_mesh(url, material, added) {
       }
     }, undefined, failed);
   } else {
-    new GLTFLoader().load(url, (loaded) => added(loaded.scene), undefined, failed);
+    new GLTFLoader().load(url, (loaded) => {
+      if (url.endsWith(".dae")) loaded.scene.traverse((each) => each.isMesh && take_over(each, material));
+      added(loaded.scene);
+    }, undefined, failed);
   }
+}
+
+function take_over(mesh, given) {
+  if (!mesh.material.name) mesh.material = given; // the console names each colour of a file
+  mesh.material.transparent = given.transparent;
+  mesh.material.opacity = given.opacity;
 }
 
 // An STL has one normal for each triangle, as has an OBJ without normals: a round shell would show its facets.
