@@ -57,6 +57,9 @@ class RobotScene(
         self.update()
 
 
+_PLACE = 'x', 'y', 'yaw'
+
+
 class RobotView(View):
     """The scene, and beside it the robot's position, its targets, and its joints."""
 
@@ -230,8 +233,7 @@ class RobotView(View):
         self._scene.classes(add='gw-stale') if is_old else self._scene.classes(remove='gw-stale')
         self._gone.set_visibility(is_old)
         if is_old:
-            why = 'It is silent' if is_there else 'It has gone'
-            self._gone.set_text(f'{why}: shown is where it was.')
+            self._gone.set_text(f'It {"is silent" if is_there else "has gone"}: shown is where it was.')
 
     def _take_model(self, watch: RobotWatch) -> None:
         model, version = watch.model, self.session.meshes.version
@@ -261,11 +263,7 @@ class RobotView(View):
     def _draw_shapes(self, model: RobotModel) -> None:
         self._sent = None
         scene, self._mesh_problem, missing = scene_of(model, self.session.meshes)
-        movable = [joint for joint in model.kinematics.joints if joint.is_free]
-        self._about.set_text(
-            f'{model.kinematics.name}: {len(model.kinematics.links)} links, {len(movable)} joints that move'
-            + (f'; {missing} meshes are not shown' if missing else '')
-        )
+        self._about.set_text(_describe(model, missing))
         self._scene.run_method('set_model', scene)
 
     def _marks(self) -> list[dict[str, Any]]:
@@ -276,8 +274,7 @@ class RobotView(View):
             if place is not None:
                 marks.append(_mark_of(goal, place))
         if self._place is not None:
-            x, y, yaw = self._place
-            marks.append({'id': 'new', 'x': x, 'y': y, 'yaw': yaw, 'text': 'here?'})
+            marks.append({'id': 'new', 'text': 'here?', **dict(zip(_PLACE, self._place, strict=True))})
         return marks
 
     def _put_goals(self) -> None:
@@ -363,6 +360,14 @@ class RobotView(View):
         if self._watch is not None:
             self.session.leave_robot(self._watch)
             self._watch = None
+
+
+def _describe(model: RobotModel, missing: int) -> str:
+    """Return a line about a model of which so many meshes cannot be shown."""
+    movable = sum(joint.is_free for joint in model.kinematics.joints)
+    links = len(model.kinematics.links)
+    hidden = f'; {missing} meshes are not shown' if missing else ''
+    return f'{model.kinematics.name}: {links} links, {movable} joints that move{hidden}'
 
 
 def _build_camera_buttons(page: Page, scene: RobotScene) -> None:
