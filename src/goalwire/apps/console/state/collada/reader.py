@@ -206,11 +206,7 @@ def _joined(material: Material | None, blocks: list[Block]) -> Surface:
         raise ColladaError('it is larger than 1e30 m')
     picture_spots = None
     if material is not None and material.picture:
-        missing = [np.zeros((len(block.spots), 2)) for block in blocks]
-        given = [block.picture_spots for block in blocks]
-        picture_spots = np.concatenate(
-            [a if a is not None else b for a, b in zip(given, missing, strict=True)]
-        )
+        picture_spots = np.concatenate([_picture_spots(block) for block in blocks])
     return Surface(
         material,
         spots.astype(np.float32),
