@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Callable
 from threading import Event, Thread
+from types import FunctionType
 
 import pytest
 
@@ -72,3 +73,9 @@ def test_the_thread_that_forks_keeps_what_it_holds() -> None:
 
     with lock:
         assert succeeds_in_child(leave_both_blocks)
+
+
+def test_a_signal_handler_that_raises_leaves_no_lock_held() -> None:
+    """Handlers run in functions of Python alone: in one that takes the lock, the lock would stay held."""
+    assert not isinstance(ForkableLock.__enter__, FunctionType)
+    assert not isinstance(ForkableLock.__exit__, FunctionType)

@@ -8,43 +8,37 @@ two steps.
 from __future__ import annotations
 
 import os
-from threading import RLock
-from types import TracebackType
-from weakref import WeakSet
+from _thread import RLock
+
+from goalwire.weak_members import WeakMembers
 
 
-class ForkableLock:
+class ForkableLock(RLock):  # type: ignore[misc]  # final in mypy's stubs, and not in Python
     """A re-entrant lock for `with`. In a forked child it is a new free lock, unless the forking thread itself
     held it.
+
+    It inherits `__enter__`, which is no function of Python: there a signal handler could raise after the lock
+    was taken, and nobody would release it.
     """
 
-    __slots__ = ('__weakref__', '_lock')
+    __slots__ = ()
 
     def __init__(self) -> None:
-        self._lock = RLock()
         _locks.add(self)
-
-    def __enter__(self) -> None:
-        self._lock.acquire()
-
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self._lock.release()
 
     def renew_in_child(self) -> None:
         """In a forked child, become free if a thread of the parent held this lock."""
-        if self._lock.acquire(blocking=False):
-            self._lock.release()
+        if self.acquire(blocking=False):
+            self.release()
         else:
-            self._lock = RLock()
+            self._at_fork_reinit()  # type: ignore[attr-defined]  # as the standard library renews its own locks
 
 
-_locks: WeakSet[ForkableLock] = WeakSet()
+_locks: WeakMembers[ForkableLock] = WeakMembers()
 
 
 def _renew_all() -> None:
-    for lock in list(_locks):
+    for lock in _locks.alive():
         lock.renew_in_child()
 
 

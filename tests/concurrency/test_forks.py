@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import sys
+from types import FrameType
 
 import pytest
 from helpers.processes import Program
 
-from goalwire.concurrency.forks import ForkGuard
+from goalwire.concurrency.forks import ForkGuard, open_privately, reset_in_children
 from goalwire.errors import ForkedError
+from goalwire.transport.endpoint import close_at_exit
 
 FORKING = """
     import os
@@ -93,6 +96,32 @@ OPENING = """
 def test_a_socket_that_another_thread_is_opening_is_closed_in_the_child_alone() -> None:
     with Program(OPENING) as program:
         assert program.succeed() == 'child 0 parent True'
+
+
+def test_no_step_of_python_runs_when_something_dies_that_forks_know() -> None:
+    """A signal's handler can raise in such a step. Python would print the KeyboardInterrupt and lose it."""
+
+    class Thing:
+        def close(self) -> None:
+            """Close nothing."""
+
+        def reset_in_child(self) -> None:
+            """Reset nothing."""
+
+    entered: list[str] = []
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == 'call':
+            entered.append(frame.f_code.co_qualname)
+
+    thing, guard = open_privately(Thing), ForkGuard()
+    reset_in_children(thing)
+    close_at_exit(thing)
+    before = sys.getprofile()
+    sys.setprofile(note)
+    del thing, guard
+    sys.setprofile(before)
+    assert entered == []
 
 
 def test_a_guard_lets_its_own_process_pass() -> None:

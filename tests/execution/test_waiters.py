@@ -15,7 +15,7 @@ from goalwire.execution.asyncio.fd_selector import FdSelector
 from goalwire.execution.shutdown_signal import ShutdownSignal
 from goalwire.execution.time.steady_clock import STEADY, deadline_after
 from goalwire.execution.waiters import Waiter, WireWaiter
-from goalwire.execution.weak_listeners import WeakListeners
+from goalwire.weak_members import WeakMembers
 
 
 def test_a_wake_that_comes_first_ends_the_next_wait_at_once() -> None:
@@ -213,7 +213,7 @@ def test_listeners_are_held_weakly_and_told_in_order() -> None:
     class Listener:
         pass
 
-    listeners = WeakListeners[Listener]()
+    listeners = WeakMembers[Listener]()
     first, second = Listener(), Listener()
     listeners.add(first)
     listeners.add(second)
@@ -240,7 +240,7 @@ def test_no_step_of_python_runs_when_a_listener_dies() -> None:
         if event == 'call':
             entered.append(frame.f_code.co_qualname)
 
-    listeners = WeakListeners[Listener]()
+    listeners = WeakMembers[Listener]()
     listener = Listener()
     listeners.add(listener)
     before = sys.getprofile()
@@ -257,7 +257,7 @@ def test_a_listener_may_leave_while_others_are_told() -> None:
             listeners.discard(self)
             listeners.add(late)
 
-    listeners = WeakListeners[Leaver]()
+    listeners = WeakMembers[Leaver]()
     leavers, late = [Leaver() for _ in range(3)], Leaver()
     for leaver in leavers:
         listeners.add(leaver)

@@ -20,9 +20,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from threading import RLock
 from typing import Protocol, TypeVar
-from weakref import WeakSet
 
 from goalwire.errors import ForkedError
+from goalwire.weak_members import WeakMembers
 
 
 class Inherited(Protocol):
@@ -49,10 +49,10 @@ forks_wait = RLock()
 
 Reentrant: a signal's handler may open or fork, too.
 """
-_private: WeakSet[Closable] = WeakSet()
-_guards: WeakSet[ForkGuard] = WeakSet()
+_private: WeakMembers[Closable] = WeakMembers()
+_guards: WeakMembers[ForkGuard] = WeakMembers()
 _resets: list[Callable[[], None]] = []
-_inherited: WeakSet[Inherited] = WeakSet()
+_inherited: WeakMembers[Inherited] = WeakMembers()
 
 
 def _end_fork() -> None:
@@ -62,11 +62,11 @@ def _end_fork() -> None:
 
 def _in_child() -> None:
     _end_fork()
-    for guard in list(_guards):
+    for guard in _guards.alive():
         guard.is_forked = guard.is_silent = True
     failures = []
-    closing = [each.close for each in list(_private)]
-    for reset in [*closing, *_resets, *(each.reset_in_child for each in list(_inherited))]:
+    closing = [each.close for each in _private.alive()]
+    for reset in [*closing, *_resets, *(each.reset_in_child for each in _inherited.alive())]:
         try:
             reset()
         except Exception as error:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from types import MethodType, TracebackType
 from typing import TYPE_CHECKING, Self
-from weakref import WeakMethod, WeakSet
+from weakref import WeakMethod
 
 from goalwire import logging
 from goalwire.concurrency.exits import Stage, at_exit
@@ -36,6 +36,7 @@ from goalwire.rules import domain
 from goalwire.rules.arguments import Arguments
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from goalwire.rules.names.robots import RobotView
@@ -347,17 +348,17 @@ class Context:
 
 
 _AT_EXIT = 'exit'
-_contexts: WeakSet[Context] = WeakSet()
+_contexts: WeakMembers[Context] = WeakMembers()
 
 
 def open_contexts() -> set[Context]:
     """Return the contexts of this process that are initialised and not shut down."""
-    return {context for context in _contexts if context.ok()}
+    return {context for context in _contexts.alive() if context.ok()}
 
 
 def _end_at_exit() -> None:
     """End the open contexts, so that threads stop spinning before the sessions close."""
-    for context in set(_contexts):
+    for context in _contexts.alive():
         context.end_at_exit()
 
 

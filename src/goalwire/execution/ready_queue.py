@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from typing import TYPE_CHECKING, Protocol
-from weakref import ReferenceType, WeakSet
+from weakref import ReferenceType, ref
 
 from goalwire.execution.time.steady_clock import STEADY
-from goalwire.execution.weak_listeners import WeakListeners
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -79,7 +79,7 @@ class CallbackGroup:
     """
 
     def __init__(self) -> None:
-        self.entities: WeakSet[object] = WeakSet()
+        self.entities: WeakMembers[object] = WeakMembers()
         self._active: object = None
 
     def __init_subclass__(cls) -> None:
@@ -94,7 +94,7 @@ class CallbackGroup:
 
     def has_entity(self, entity: object) -> bool:
         """Tell whether `entity` is a member."""
-        return entity in self.entities
+        return ref(entity) in self.entities
 
     def can_execute(self, entity: object) -> bool:
         """Tell whether a callback of `entity` may start now."""
@@ -176,7 +176,7 @@ class ReadyQueue:
         """Returns the executor that runs the work of this queue. It is a weak reference, since the wire
         holds the queue."""
         self.items: deque[CallbackSource] = deque()
-        self.pollers: WeakListeners[Poller] = WeakListeners()
+        self.pollers: WeakMembers[Poller] = WeakMembers()
         """The pollers, which are asked before any work is taken. Their nodes own them."""
         self.wakers: list[Callable[[], None]] = []
         """The wake functions of the sleeping threads, the last to fall asleep at the end."""

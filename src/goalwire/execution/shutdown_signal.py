@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from goalwire.errors import ShutDownBySignalError, ShutDownError
 from goalwire.execution.time.steady_clock import STEADY, SteadyClock
 from goalwire.execution.waiters import Waiter, WireWaiter, wake_all
-from goalwire.execution.weak_listeners import WeakListeners
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from goalwire.concurrency.wire_poller import WirePoller
@@ -83,7 +83,7 @@ class ShutdownSignal:
         self.early_looks: list[Callable[[], object]] = []
         """Functions that are called once, seconds after a spin without end has begun. The program has most
         likely made its nodes by then."""
-        self.spin_listeners: WeakListeners[SpinListener] = WeakListeners()
+        self.spin_listeners: WeakMembers[SpinListener] = WeakMembers()
         """Each thread that begins to spin without end calls their `on_spin`."""
         self.reason: str | None = None
         self.wire_poller: WirePoller | None = None
@@ -93,7 +93,7 @@ class ShutdownSignal:
         self.external_sleepers: set[object] = set()
         """Sleepers that do not wait on the wire themselves: asyncio loops, watchers of descriptors."""
         self._watchers: dict[ShutdownWatch, None] = {}
-        self._waiters: WeakListeners[WireWaiter] = WeakListeners()
+        self._waiters: WeakMembers[WireWaiter] = WeakMembers()
         self._session: Session | None = None
 
     def take_session(self, session: Session) -> None:

@@ -17,13 +17,13 @@ from contextlib import contextmanager
 from functools import partial
 from threading import Lock, RLock
 from typing import Generic, Protocol, TypeVar
-from weakref import WeakSet
 
 from goalwire.concurrency.exits import Stage, at_exit, perform
 from goalwire.concurrency.forks import ForkGuard, in_child, leak
 from goalwire.errors import ClosedError, LocalError
 from goalwire.fault_reports import LOGGER
 from goalwire.transport.contract import NodePort, Port, Session
+from goalwire.weak_members import WeakMembers
 
 OTHER_CLOSER_S = 15.0
 """How long a second caller of `close` waits for the first; a silent peer can delay the first by 10 s."""
@@ -215,7 +215,7 @@ class Closable(Protocol):
         """Close; idempotent."""
 
 
-_open: WeakSet[Closable] = WeakSet()
+_open: WeakMembers[Closable] = WeakMembers()
 
 
 def close_at_exit(closable: Closable) -> None:
@@ -224,11 +224,11 @@ def close_at_exit(closable: Closable) -> None:
 
 
 def _close_all() -> None:
-    perform([closable.close for closable in list(_open)])
+    perform([closable.close for closable in _open.alive()])
 
 
 def _leak_all() -> None:
-    for closable in list(_open):
+    for closable in _open.alive():
         leak(closable)
 
 

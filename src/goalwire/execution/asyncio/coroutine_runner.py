@@ -7,13 +7,14 @@ from _thread import allocate_lock
 from collections import deque
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
-from weakref import WeakKeyDictionary, WeakSet
+from weakref import WeakKeyDictionary
 
 from goalwire.concurrency.exits import Stage, at_exit, perform
 from goalwire.concurrency.forks import leak
 from goalwire.execution.asyncio.stepped_loop import SteppedLoop
 from goalwire.execution.ready_queue import CallbackSource
 from goalwire.execution.time.timer_heap import TimerEntry
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -265,12 +266,12 @@ class RunnerPool:
         return min(self._shared, key=lambda runner: runner.load)
 
 
-_open: WeakSet[RunnerPool] = WeakSet()
+_open: WeakMembers[RunnerPool] = WeakMembers()
 
 
 def _close_all() -> None:
     """At the interpreter's exit, let the coroutines of executors that were not shut down clean up."""
-    perform([runners.close for runners in tuple(_open)])
+    perform([runners.close for runners in _open.alive()])
 
 
 at_exit(Stage.THREADS, _close_all)

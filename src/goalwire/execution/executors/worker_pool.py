@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from typing import TYPE_CHECKING
-from weakref import WeakSet
 
 from goalwire.concurrency.exits import Stage, at_exit
 from goalwire.execution.time.steady_clock import STEADY
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -132,12 +132,12 @@ class WorkerPool:
             self._threads.discard(threading.current_thread())
 
 
-_pools: WeakSet[WorkerPool] = WeakSet()
+_pools: WeakMembers[WorkerPool] = WeakMembers()
 
 
 def _close_all() -> None:
     """End all threads at the interpreter's exit, before the libraries that they use are torn down."""
-    pools = tuple(_pools)
+    pools = _pools.alive()
     for pool in pools:
         pool.dismiss()
     deadline = STEADY.now() + _EXIT_GRACE_NS

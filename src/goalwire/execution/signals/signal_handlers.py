@@ -37,7 +37,7 @@ from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.signals.signal_pipe import is_pipe_open, signal_pipe
 from goalwire.execution.time.steady_clock import STEADY
 from goalwire.execution.waiters import LISTENING
-from goalwire.execution.weak_listeners import WeakListeners
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -234,8 +234,8 @@ class _Handler:
             signal.signal(number, signal.SIG_DFL if self.previous is None else self.previous)
 
 
-_ended: WeakListeners[ShutdownSignal] = WeakListeners()
-_triggered: WeakListeners[GuardCondition] = WeakListeners()
+_ended: WeakMembers[ShutdownSignal] = WeakMembers()
+_triggered: WeakMembers[GuardCondition] = WeakMembers()
 _handlers: dict[int, _Handler] = {}
 _listeners: list[SignalListener] = []
 _passing_on: list[SignalListener] = []

@@ -12,8 +12,8 @@ from goalwire.execution.shutdown_signal import ContextLike, default_context
 from goalwire.execution.time.steady_clock import STEADY, SteadyClock
 from goalwire.execution.time.timer_heap import TimerEntry
 from goalwire.execution.waiters import wake_all
-from goalwire.execution.weak_listeners import WeakListeners
 from goalwire.rules.time import ClockType, Duration, Time
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -290,7 +290,7 @@ class ROSClock(Clock):
         """Functions that a thread calls before it sleeps on the overridden clock; each returns True if it has
         set the time.
         """
-        self._listeners: WeakListeners[JumpListener] = WeakListeners()
+        self._listeners: WeakMembers[JumpListener] = WeakMembers()
 
     @property
     def ros_time_is_active(self) -> bool:

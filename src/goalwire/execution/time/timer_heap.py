@@ -11,7 +11,7 @@ from weakref import ref
 
 from goalwire.concurrency.threads import join_begun
 from goalwire.execution.waiters import Waiter
-from goalwire.execution.weak_listeners import WeakListeners
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sized
@@ -147,7 +147,7 @@ class TimerThread:
         self._timer_heap = TimerHeap(self._on_earlier)
         self._awake_at: int | None = 0
         """The due time until which the thread sleeps; None: without limit, 0: it is awake."""
-        self._listeners: WeakListeners[ShutdownListener] = WeakListeners()
+        self._listeners: WeakMembers[ShutdownListener] = WeakMembers()
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._watch: ShutdownWatch | None = None
