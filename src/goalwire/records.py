@@ -35,12 +35,13 @@ def record(cls: type[T]) -> type[T]:
     for name in ('__dict__', '__weakref__'):
         namespace.pop(name, None)
     own_repr = {'__repr__': namespace['__repr__']} if '__repr__' in namespace else {}
-    namespace |= {'__slots__': names, '__match_args__': names, **_methods(names, compared), **own_repr}
+    namespace |= {'__slots__': names, '__match_args__': names, '__record_defaults__': defaults}
+    namespace |= {**_methods(names, compared), **own_repr}
     namespace |= {name: _OfTwin(name) for name in ('__dataclass_fields__', '__dataclass_params__')}
     metaclass: Any = type(cls)
     made = metaclass(cls.__name__, cls.__bases__, namespace)
     made.__qualname__ = cls.__qualname__
-    made.__init__ = _init(made, names, defaults)
+    made.__init__ = _first_init(made)
     return made  # type: ignore[no-any-return]
 
 
@@ -70,11 +71,12 @@ def _twin(cls: Any) -> type:
     """
     from dataclasses import field, make_dataclass
 
-    names, defaults = cls.__match_args__, cls.__init__.__defaults__ or ()
-    first = len(names) - len(defaults)
-    fields: list[Any] = [(name, Any) for name in names[:first]]
-    for name, default in zip(names[first:], defaults, strict=True):
-        fields.append((name, Any, field(default_factory=partial(_same, default))))
+    fields: list[Any] = []
+    for name in cls.__match_args__:
+        if name in cls.__record_defaults__:
+            fields.append((name, Any, field(default_factory=partial(_same, cls.__record_defaults__[name]))))
+        else:
+            fields.append((name, Any))
     return make_dataclass(cls.__name__, fields, frozen=True)
 
 
@@ -110,7 +112,20 @@ def _getter(names: tuple[str, ...]) -> Callable[[object], Any]:
     return attrgetter(*names) if names else lambda _: ()
 
 
-def _init(cls: type, names: tuple[str, ...], defaults: dict[str, object]) -> Callable[..., None]:
+def _first_init(cls: Any) -> Callable[..., None]:
+    """Return a constructor that compiles the real one at its first call.
+
+    To compile is a third of what a record costs at its import, and most programs use few of them.
+    """
+
+    def __init__(self: object, *values: object, **more: object) -> None:  # noqa: N807
+        cls.__init__ = _compile_init(cls, cls.__match_args__, cls.__record_defaults__)
+        cls.__init__(self, *values, **more)
+
+    return __init__
+
+
+def _compile_init(cls: type, names: tuple[str, ...], defaults: dict[str, object]) -> Callable[..., None]:
     """Compile a constructor that sets the slots directly, without `__setattr__`, which raises."""
     scope: dict[str, Any] = {f'_default_{name}': value for name, value in defaults.items()}
     scope |= {f'_set_{name}': vars(cls)[name].__set__ for name in names}
