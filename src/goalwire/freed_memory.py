@@ -20,6 +20,8 @@ _VARIABLES = ('MALLOC_TRIM_THRESHOLD_', 'MALLOC_MMAP_THRESHOLD_', 'GLIBC_TUNABLE
 _done: list[bool] = []
 
 
+LARGE = 1 << 17
+"""The size of a payload, in bytes, from which the allocator keeps freed memory for the next one."""
 MUCH = 16 << 20
 """The number of discarded bytes from which their return to the system is worth the milliseconds that it
 takes.

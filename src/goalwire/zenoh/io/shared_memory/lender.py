@@ -8,7 +8,7 @@ from time import monotonic
 from goalwire.zenoh.io.shared_memory.pool import Chunk, Lent, MemoryPool
 from goalwire.zenoh.protocol.bodies import shared_put_head
 from goalwire.zenoh.protocol.network import push_head, wire_key
-from goalwire.zenoh.protocol.shared_memory import Pointer, encode_pointer
+from goalwire.zenoh.protocol.shared_memory import Loan, Pointer, encode_pointer
 
 PROBE_KEY = '@goalwire/probe'
 """The key of probes. No subscriber gets them: wildcards match no part of a key that begins with @."""
@@ -42,8 +42,10 @@ class Lender:
         self._probes: dict[int, _Probe | None] = {}
         """The probe of each data segment; None once the probe has come back."""
 
-    def lend(self, chunk: Chunk) -> Pointer | None:
+    def lend(self, chunk: Loan) -> Pointer | None:
         """Return a pointer to a chunk; None if this message must go as bytes."""
+        if not isinstance(chunk, Chunk):
+            return None
         number = chunk.segment.file.number
         if number not in self._probes:
             self._begin_probe(chunk.segment.probe, number)

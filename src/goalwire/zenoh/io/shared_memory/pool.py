@@ -18,7 +18,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from goalwire.concurrency.critical_section import CriticalSection
-from goalwire.freed_memory import keep_freed_memory
+from goalwire.freed_memory import LARGE, keep_freed_memory
 from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.allocator import Allocator, round_up
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment, OwnSegment
@@ -36,8 +36,6 @@ PAUSE_S = 1.0
 """How long the pool does not try to grow again after a failure."""
 GRACE_S = 1.0
 """How long a chunk is kept after its reader's process has ended: that process may have passed it on."""
-MUCH = 1 << 17
-"""The size of a payload, in bytes, from which the allocator keeps freed memory for the next one."""
 _COUNT = layout.HEADER.size // 4
 
 
@@ -145,7 +143,7 @@ class MemoryPool:
         """Return a chunk; None if the pool is full."""
         if size > self.size or self._section.is_entered():
             return None
-        if size >= MUCH:
+        if size >= LARGE:
             keep_freed_memory()
         found: list[Chunk] = []
         self._section.run(partial(self._borrow, size, found))

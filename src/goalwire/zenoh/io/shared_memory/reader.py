@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from mmap import ACCESS_READ, ALLOCATIONGRANULARITY, mmap
 from typing import TYPE_CHECKING, TypeAlias
-from weakref import WeakSet, finalize
+from weakref import finalize
 
-from goalwire.freed_memory import keep_freed_memory
+from goalwire.freed_memory import LARGE, keep_freed_memory
+from goalwire.weak_members import WeakMembers
 from goalwire.zenoh.io.shared_memory import layout
 from goalwire.zenoh.io.shared_memory.agreement import OwnAuth, Partner
-from goalwire.zenoh.io.shared_memory.pool import MUCH
 from goalwire.zenoh.io.shared_memory.segments import ForeignSegment
 from goalwire.zenoh.protocol.primitives import ZenohProtocolError
 from goalwire.zenoh.protocol.shared_memory import Pointer, Slices
@@ -115,7 +115,7 @@ class MemoryReader:
         self._note_odd = note_odd
         self._metadata: dict[int, Metadata] = {}
         self._data: dict[int, ForeignSegment] = {}
-        self._views: WeakSet[mmap] = WeakSet()
+        self._views: WeakMembers[mmap] = WeakMembers()
 
     def take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
         """Return the payload; None if its sender has reused a chunk. Raises ZenohProtocolError."""
@@ -130,7 +130,7 @@ class MemoryReader:
         size = sum(each.size if isinstance(each, Pointer) else len(each) for each in slices)
         if size > self._largest:
             raise ZenohProtocolError(f'a message in shared memory has more than {self._largest} bytes')
-        if size >= MUCH and not as_view:
+        if size >= LARGE and not as_view:
             keep_freed_memory()
         as_view = as_view and len(slices) == 1
         parts: list[bytes | memoryview] = []
@@ -147,7 +147,7 @@ class MemoryReader:
 
     def has_views(self) -> bool:
         """True while a view of the writer's chunks is in use."""
-        return bool(self._views)
+        return bool(self._views.alive())
 
     def _follow(self, pointer: Pointer, priority: int, *, as_view: bool) -> bytes | memoryview | None:
         """Return the bytes that a pointer leads to, None if they are lost. Lowers a counter that was lent."""
@@ -172,7 +172,7 @@ class MemoryReader:
             return None
         number, offset = chunk
         segment = self._open_data(number, offset + pointer.size)
-        if as_view and len(self._views) < MOST_VIEWS:
+        if as_view and len(self._views.alive()) < MOST_VIEWS:
             return self._view(metadata, segment, offset, pointer)
         # The header is given back only after the copy: from then on the writer may reuse the chunk.
         payload = segment.map[offset : offset + pointer.size]

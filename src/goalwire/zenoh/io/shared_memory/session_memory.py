@@ -6,45 +6,81 @@ import os
 import socket
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from threading import RLock
-from weakref import WeakSet
+from typing import TYPE_CHECKING
 
 from goalwire.concurrency.forks import ForkGuard, in_child, reset_in_children
 from goalwire.fault_reports import LOGGER
+from goalwire.weak_members import WeakMembers
 from goalwire.zenoh.io.settings import MemorySettings
 from goalwire.zenoh.io.shared_memory.agreement import Agreement, OwnAuth, Partner
-from goalwire.zenoh.io.shared_memory.lender import Lender
-from goalwire.zenoh.io.shared_memory.pool import Chunk, MemoryPool
-from goalwire.zenoh.io.shared_memory.reader import MakeAtomic, MemoryReader, find_atomics
 from goalwire.zenoh.io.shared_memory.segments import IS_SUPPORTED, sweep
 from goalwire.zenoh.protocol import bounds
-from goalwire.zenoh.protocol.shared_memory import Loan, Pointer
+from goalwire.zenoh.protocol.shared_memory import Loan, Pointer, Slices
+
+if TYPE_CHECKING:
+    from goalwire.zenoh.io.shared_memory.lender import Lender
+    from goalwire.zenoh.io.shared_memory.pool import Chunk, MemoryPool
+    from goalwire.zenoh.io.shared_memory.reader import MakeAtomic, MemoryReader
 
 
 class LinkMemory:
-    """The shared memory of one link; see `protocol.shared_memory.LinkMemory`."""
+    """The shared memory of one link; see `protocol.shared_memory.LinkMemory`.
 
-    def __init__(self, lender: Lender | None, reader: MemoryReader, partner: Partner) -> None:
-        """If `lender` is None, the other side gets bytes."""
-        self._lender = lender
-        self._reader = reader
+    Most links never carry a large message, so each direction is made at its first one.
+    """
+
+    def __init__(
+        self,
+        partner: Partner,
+        make_lender: Callable[[], Lender | None],
+        make_reader: Callable[[], MemoryReader],
+    ) -> None:
+        """`make_lender` returns None if the other side gets bytes."""
         self._partner = partner
-        self.take = reader.take
+        self._make_lender = make_lender
+        self._make_reader = make_reader
+        self._lock = RLock()
+        self._lender: Lender | None = None
+        self._reader: MemoryReader | None = None
+        self._may_lend = True
+        self._is_open = True
 
     def lend(self, loan: Loan) -> Pointer | None:
         """Return a pointer for the other side; None if this message must go as bytes."""
-        if self._lender is None or not isinstance(loan, Chunk):
-            return None
-        return self._lender.lend(loan)
+        lender = self._lender or self._begin_lending()
+        return None if lender is None else lender.lend(loan)
 
     def take_back(self, pointer: Pointer) -> None:
         """Take back a pointer that was not sent."""
         if self._lender is not None:
             self._lender.take_back(pointer)
 
+    def take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
+        """Return the payload of a received message, as `MemoryReader.take` does; None if the link ended."""
+        reader = self._reader or self._begin_reading()
+        return None if reader is None else reader.take(slices, priority, as_view=as_view)
+
+    def _begin_lending(self) -> Lender | None:
+        with self._lock:
+            if self._may_lend and self._lender is None:
+                self._lender = self._make_lender()
+                self._may_lend = self._lender is not None
+            return self._lender
+
+    def _begin_reading(self) -> MemoryReader | None:
+        with self._lock:
+            if self._is_open and self._reader is None:
+                self._reader = self._make_reader()
+            return self._reader
+
     def close(self) -> None:
         """Close both directions: the link has ended."""
-        self._reader.close()
+        with self._lock:
+            self._may_lend = self._is_open = False
+        if self._reader is not None:
+            self._reader.close()
         if self._lender is not None:
             self._lender.close()
         else:
@@ -69,8 +105,8 @@ class SessionMemory:
         self._own: OwnAuth | None = None
         self._make_atomic: MakeAtomic | None = None
         self.pool: MemoryPool | None = None
-        """The memory from which the session publishes; None as long as no link could use it."""
-        self._readers: WeakSet[MemoryReader] = WeakSet()
+        """The memory from which the session publishes; None before its first large message."""
+        self._readers: WeakMembers[MemoryReader] = WeakMembers()
         self._odd: set[int] = set()
         """The handshake segments of partners that have shared invalid memory: they get bytes from then on."""
         self._is_on = IS_SUPPORTED and (settings.with_own or settings.with_all)
@@ -89,7 +125,20 @@ class SessionMemory:
 
     def borrow(self, size: int) -> Chunk | None:
         """Return a chunk to publish from; None if there is no room, or no link that could use it."""
-        return None if self.pool is None else self.pool.borrow(size)
+        if self._own is None:
+            return None
+        pool = self.pool or self._make_pool()
+        return None if pool is None else pool.borrow(size)
+
+    def _make_pool(self) -> MemoryPool | None:
+        from goalwire.zenoh.io.shared_memory.pool import MemoryPool
+
+        with self._lock:
+            if self.pool is None and self._own is not None:
+                self.pool = MemoryPool(
+                    self._settings.pool_size, self._settings.least, self._own.number, self._warn
+                )
+            return self.pool
 
     def _admits(self, partner: Partner) -> bool:
         if partner.number in self._odd:
@@ -107,7 +156,10 @@ class SessionMemory:
                     _swept.append(True)
                     with suppress(OSError):
                         sweep()
-                self._make_atomic = find_atomics() if self._settings.with_all else None
+                if self._settings.with_all:
+                    from goalwire.zenoh.io.shared_memory.reader import find_atomics
+
+                    self._make_atomic = find_atomics()
                 try:
                     own = OwnAuth(os.urandom, reads_all=self._make_atomic is not None)
                 except OSError as error:
@@ -115,16 +167,26 @@ class SessionMemory:
                     self._warn(f'no shared memory is available ({error.strerror or error}): it sends bytes')
                     return None
                 self._own = own
-                self.pool = MemoryPool(self._settings.pool_size, self._settings.least, own.number, self._warn)
             return self._own
 
     def _make_link(
         self, partner: Partner, counters: tuple[int, ...], send: Callable[[bytes], object]
     ) -> LinkMemory:
-        """Make the memory of one link. Lending needs a reader that can read goalwire's headers."""
-        lender = None
-        if self.pool is not None and (partner.reads_all or partner.is_goalwire):
-            lender = Lender(self.pool, self.pool.add_reader(partner.segment), send, self._warn)
+        return LinkMemory(
+            partner, partial(self._make_lender, partner, send), partial(self._make_reader, partner, counters)
+        )
+
+    def _make_lender(self, partner: Partner, send: Callable[[bytes], object]) -> Lender | None:
+        """Make the writer's side of a link; None if its reader cannot read goalwire's headers."""
+        from goalwire.zenoh.io.shared_memory.lender import Lender
+
+        if self.pool is None or not (partner.reads_all or partner.is_goalwire):
+            return None
+        return Lender(self.pool, self.pool.add_reader(partner.segment), send, self._warn)
+
+    def _make_reader(self, partner: Partner, counters: tuple[int, ...]) -> MemoryReader:
+        from goalwire.zenoh.io.shared_memory.reader import MemoryReader
+
         reader = MemoryReader(
             partner,
             counters,
@@ -135,7 +197,7 @@ class SessionMemory:
             self._note_odd,
         )
         self._readers.add(reader)
-        return LinkMemory(lender, reader, partner)
+        return reader
 
     def _warn(self, text: str) -> None:
         from goalwire.logging import get_logger  # imported here, since it is needed only after a fault
@@ -151,7 +213,7 @@ class SessionMemory:
             self.pool.close()
         if own is None:
             return
-        if any(reader.has_views() for reader in self._readers):
+        if any(reader.has_views() for reader in self._readers.alive()):
             # the views keep the segment locked, so that the writers do not reuse their chunks
             own.segment.unlink()
         else:
