@@ -150,7 +150,7 @@ def get_global_executor() -> Executor:
     global _global_executor  # noqa: PLW0603 - one for the whole program, as in rclpy
     if _global_executor is None and not get_default_context().initialized:
         raise NotInitializedException('cannot spin')
-    from rclpy.executors import SingleThreadedExecutor
+    from goalwire.execution.executors.single_threaded import SingleThreadedExecutor
 
     with _executor_lock:  # without the lock two threads could each create an executor
         executor = _global_executor

@@ -9,15 +9,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Never, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, Never, Protocol, TypeAlias, runtime_checkable
 
 from goalwire.concurrency.wire_poller import WirePoller
-from goalwire.security.refusal_counts import RefusalCounts
 from goalwire.zenoh.protocol.bodies import Payload
 from goalwire.zenoh.protocol.incoming_queries import Query
 from goalwire.zenoh.protocol.network import ReplyError
 from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp
 from goalwire.zenoh.protocol.shared_memory import Loan
+
+if TYPE_CHECKING:
+    from goalwire.security.refusal_counts import RefusalCounts
 
 HISTORY_S = 10.0
 """How long live messages wait for a publisher's history. Later answers are taken nevertheless."""
