@@ -41,9 +41,8 @@ from goalwire.zenoh.protocol.link_messages import (
 )
 from goalwire.zenoh.protocol.primitives import (
     EXTENSION,
+    FOLLOWED,
     MORE,
-    PADDED_HIGH,
-    PADDED_LOW,
     Reader,
     ZenohProtocolError,
     encode_padded,
@@ -168,7 +167,12 @@ class FrameReader:
                     last, mask = self._numbers.last, self._mask
                     number = last[DATA_CHANNEL] = (last[DATA_CHANNEL] + 1) & mask
                     number = (number + 1) & mask
-                    self._expected = b'%%%b%b' % (PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14])
+                    low = number & 0x7F
+                    self._expected = (  # hot path: all bytes but the first stay for 128 messages
+                        b'%%%b%b' % (FOLLOWED[low], self._expected[2:])
+                        if low
+                        else b'%%%b' % encode_padded(number)
+                    )
                     at = self._take_network(data, at + 5, start)
                 # A batch may have further messages of the link after a frame, such as KEEP_ALIVE.
                 while at < start:

@@ -33,7 +33,7 @@ from goalwire.zenoh.protocol.channels import (
     pieces,
 )
 from goalwire.zenoh.protocol.link_messages import KEEP_ALIVE_MESSAGE, MAX_BATCH, close_message
-from goalwire.zenoh.protocol.primitives import PADDED_HIGH, PADDED_LOW
+from goalwire.zenoh.protocol.primitives import FOLLOWED, encode_padded
 
 if TYPE_CHECKING:
     from goalwire.zenoh.protocol.handshake import Terms
@@ -111,6 +111,8 @@ class Outgoing:
         self.is_held = False
         """True while messages are held back to share a frame, although the socket has room."""
         self._sent = [0] * CHANNELS
+        self._high_number, self._high_bytes = -1, b''
+        """A data message's number without its lowest seven bits, and the last bytes of its encoding."""
         self._mask = MASK
         """The mask with all bits of a sequence number set."""
         self.room = MAX_BATCH - HEAD_SIZE
@@ -175,9 +177,12 @@ class Outgoing:
                 sent = self._sent
                 number = sent[DATA_CHANNEL]
                 sent[DATA_CHANNEL] = (number + 1) & self._mask
-                # hot path: encode_padded is written out here, which saves a call for each message
-                low, high = PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14]
-                batch = b''.join(((size + 5).to_bytes(2, 'little'), b'%', low, high, message))
+                # hot path: all bytes of a number but its first are encoded for 128 messages at a time
+                if number >> 7 != self._high_number:
+                    self._high_bytes = encode_padded(number)[1:]
+                    self._high_number = number >> 7  # last, since a signal's handler may raise before
+                low = FOLLOWED[number & 0x7F]
+                batch = b''.join(((size + 5).to_bytes(2, 'little'), b'%', low, self._high_bytes, message))
             else:
                 batch = self._frame(channel, message)
             taken = self._write(batch)

@@ -2,8 +2,7 @@
 
 A timestamp counts in units of 2^-32 s. Here its 14 lowest bits count the stamps within a unit of 3.8 µs, and
 the next 14 bits count these units. All higher bits change only 16 times a second, and are encoded that often.
-The lower ones are looked up in tables, at neighbouring places. So a stamp takes 0.4 µs; encoding the exact
-time took 1.2 µs.
+The lower ones are looked up in tables. So a stamp takes 0.5 µs; encoding the exact time took 1.2 µs.
 """
 
 from __future__ import annotations
@@ -11,12 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from threading import RLock
 
-from goalwire.zenoh.protocol.primitives import PADDED_LOW, SMALL_END, encode_timestamp, ntp64
+from goalwire.zenoh.protocol.primitives import FOLLOWED, encode_timestamp, ntp64
 
 _SLOT_NS = 62_500_000
 """A slot: a sixteenth of a second, exactly 2^28 counts of a timestamp."""
 _UNIT_NS = 3815
 """A little more than 2^14 counts of a timestamp, so that a slot has at most 2^14 units."""
+_UNITS = 1 << 14
+"""The most units in a slot: numbers of two groups of seven bits."""
+_STAMPS = 1 << 7
+"""The most stamps in a unit."""
+_COUNTS = [group + FOLLOWED[0] for group in FOLLOWED]
+"""The encoded counts of stamps within a unit."""
 _FIRST_BYTES = 4
 """Bytes of an encoded time that hold the 28 lowest bits."""
 
@@ -61,9 +66,15 @@ class Stamps:
             else:  # `now` is in the same unit, or the clock was set back
                 self._count += 1
                 # `>=`: a signal's handler may have made further stamps here
-                if self._count >= SMALL_END:
+                if self._count >= _STAMPS:
                     self._go_on()
-            return PADDED_LOW[self._count] + PADDED_LOW[self._unit] + self._rest
+            unit = self._unit
+            return b'%b%b%b%b' % (
+                _COUNTS[self._count],
+                FOLLOWED[unit & 0x7F],
+                FOLLOWED[unit >> 7],
+                self._rest,
+            )
         finally:
             try:  # noqa: SIM105
                 self._release()
@@ -83,6 +94,6 @@ class Stamps:
         """Go on to the next unit, whatever the clock shows: all stamps of the current unit are used up."""
         self._count = 0
         self._unit += 1
-        if self._unit >= SMALL_END:
+        if self._unit >= _UNITS:
             self._enter(self._slot_ns + _SLOT_NS)
             self._unit, self._count = max(self._unit, 0), self._count + 1
