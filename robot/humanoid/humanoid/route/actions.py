@@ -24,12 +24,11 @@ from humanoid.navigation.base import Pose2D
 from humanoid.navigation.goal_check import LONGEST
 from humanoid.route.costmap import Costmap
 from humanoid.route.errand import Errand
-from humanoid.route.goals import MAP, MOST_POSES, Refused, check, check_path, check_place, poses_of
+from humanoid.route.goals import MAP, MOST_POSES, Refused, check, check_id, check_path, check_place, poses_of
 from humanoid.route.messages import CODES, PATH_CODES, TELEOP_CODES
 from humanoid.route.path_errand import PathErrand
 from humanoid.route.task import Failure, Task
 from humanoid.route.teleop_errand import TeleopErrand
-from humanoid.text import quote
 
 ONLY_ONES = {
     'controller_id': 'FollowPath',
@@ -213,8 +212,7 @@ class PathManner:
         targets: Sequence[Pose2D],
     ) -> None:
         for field, only in ONLY_ONES.items():
-            if (asked := getattr(request, field)) not in ('', only):
-                raise Refused(f'{field} {quote(asked)} is not there; leave it empty or write {only!r}')
+            check_id(field, getattr(request, field), only)
         check_path(costmap, pose, targets)
 
     def set_out(self, _request: FollowPath.Goal, targets: Sequence[Pose2D], now: float) -> Task:

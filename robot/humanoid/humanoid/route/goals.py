@@ -117,10 +117,22 @@ def poses_of(path: Path) -> Sequence[PoseStamped]:
     return [PoseStamped(header=path.header, pose=each.pose) for each in path.poses]
 
 
-def check_place(costmap: Costmap | None, pose: Pose2D | None) -> tuple[Costmap, Pose2D]:
-    """Return the map and the robot's pose. Raises Refused if one of them is unknown."""
+def check_id(field: str, asked: str, only: str) -> None:
+    """Raise Refused unless a goal's field is empty or names the only one there is."""
+    if asked not in ('', only):
+        raise Refused(f'{field} {quote(asked)} is not there; leave it empty or write {only!r}')
+
+
+def check_map(costmap: Costmap | None) -> Costmap:
+    """Return the map. Raises Refused if there is none."""
     if costmap is None:
         raise Refused('there is no map yet: nothing has come on map')
+    return costmap
+
+
+def check_place(costmap: Costmap | None, pose: Pose2D | None) -> tuple[Costmap, Pose2D]:
+    """Return the map and the robot's pose. Raises Refused if one of them is unknown."""
+    costmap = check_map(costmap)
     if pose is None:
         raise Refused('the robot does not know where it is: no transform from map to base_link')
     return costmap, pose
@@ -153,8 +165,7 @@ def check_length(poses: Sequence[Pose2D]) -> None:
 
 def plan_path(costmap: Costmap | None, start: Pose2D | None, target: Pose2D) -> Array:
     """Plan a path between two poses that avoids all obstacles seen now. Raises Refused and NoWay."""
-    if costmap is None or start is None:
-        raise Refused('there is no map yet, or the robot does not know where it is')
+    costmap, start = check_place(costmap, start)
     return plan(costmap.geometry, costmap.clearance, start, target)
 
 

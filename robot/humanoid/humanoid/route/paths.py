@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from nav2_msgs.action import ComputePathToPose, SmoothPath
@@ -19,11 +20,10 @@ from humanoid.model import BASE
 from humanoid.navigation.base import Pose2D
 from humanoid.navigation.messages import target_of
 from humanoid.route.costmap import Costmap
-from humanoid.route.goals import MAP, Frames, Refused, check_length, plan_path, poses_of
+from humanoid.route.goals import MAP, Frames, Refused, check_id, check_length, check_map, plan_path, poses_of
 from humanoid.route.messages import path_message
 from humanoid.route.planner import NoWay, points_of
 from humanoid.route.smoother import find_collision, smooth
-from humanoid.text import quote
 
 SMOOTHER = 'simple_smoother'  # the name that Nav2's own configuration has for its smoother
 
@@ -90,18 +90,13 @@ class PathServers:
 
     def _fill(self, request: SmoothPath.Goal, result: SmoothPath.Result) -> None:
         """Fill the result with the smooth path. Raises PathProblem."""
-        began, codes, costmap = time.monotonic(), SmoothPath.Result, self._get_costmap()
-        if request.smoother_id not in ('', SMOOTHER):
-            why = (
-                f'smoother_id {quote(request.smoother_id)} is not there; leave it empty or write {SMOOTHER!r}'
-            )
-            raise PathProblem(codes.INVALID_SMOOTHER, why)
-        if costmap is None:
-            raise PathProblem(codes.UNKNOWN, 'there is no map yet: nothing has come on map')
-        try:
+        began, codes = time.monotonic(), SmoothPath.Result
+        with _refused_as(codes.INVALID_SMOOTHER):
+            check_id('smoother_id', request.smoother_id, SMOOTHER)
+        with _refused_as(codes.UNKNOWN):
+            costmap = check_map(self._get_costmap())
+        with _refused_as(codes.INVALID_PATH):
             poses, origin = self._read(request.path)
-        except Refused as problem:
-            raise PathProblem(codes.INVALID_PATH, str(problem)) from None
         allowed = seconds(request.max_smoothing_duration)
         smoothed = smooth(costmap, points_of(poses), lambda: time.monotonic() - began >= allowed)
         result.path = _replace(request.path, _seen_from(origin, smoothed.points))
@@ -126,6 +121,15 @@ class PathProblem(Exception):
     def __init__(self, code: int, why: str) -> None:
         super().__init__(why)
         self.code = code
+
+
+@contextmanager
+def _refused_as(code: int) -> Iterator[None]:
+    """Turn a Refused of the block into a PathProblem with this code."""
+    try:
+        yield
+    except Refused as problem:
+        raise PathProblem(code, str(problem)) from None
 
 
 def _frame_of(path: Path) -> str:
