@@ -6,9 +6,10 @@ the routers of their sites. These dial a cloud, and an operator comes to the clo
 the rules of `goalwire fleet init`. With --slow each robot's and each site's link is a relay: 100 ms late,
 10 Mbit/s, with a stall of up to 5 s about each minute, and breaks about once an hour (--break-every).
 Printed for each number of robots: the time until all are up; what the operator's session is sent and the time
-until it knows one robot, with `robots=` and without; what one robot's session is sent; memory and processor
-time of the routers at rest. At last goals are sent to all robots, once for each router in --kill, and that
-router is killed (kill -9) and started again while all drive: how they ended, and how often each was run.
+until it knows one robot, with `robots=` and (but for --scoped) without; what one robot's session is sent;
+memory and processor time of the routers at rest. At last goals are sent to all robots, once for each router
+in --kill, and that router is killed (kill -9) and started again while all drive: how they ended, and how
+often each was run.
 
 With --chaos nothing of that is measured. Routers are killed and links are partitioned at random for so long,
 while goals and calls go to all robots. A table and a list of problems come at the end.
@@ -21,7 +22,7 @@ import subprocess
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -30,6 +31,9 @@ from benchmarks.fleet.layout import Layout, ask_robot, cpu_s, last_line, memory_
 from benchmarks.fleet.programs import OPERATOR, SENDER
 
 REST_S = 10.0
+IDLE = 0.2
+"""The share of a core below which a router is done with the declarations of its robots."""
+PATIENCE_S = 1200.0
 QUICK = ('--delay-ms', '0', '--mbit', '1000', '--stall-every', '0')
 SLOW = ('--delay-ms', '100', '--mbit', '10', '--stall-every', '60')
 
@@ -54,10 +58,25 @@ def standing(robots: int, chosen: argparse.Namespace) -> Iterator[tuple[Layout, 
         yield layout, programs
 
 
-def measure_attaching(layout: Layout) -> None:
-    """Print how soon an operator knows one robot."""
-    for title, pattern in (('robots=r0', ['r0']), ('everything', [])):
-        took, seen, cpu = last_line(layout.operate(OPERATOR, *pattern))
+def await_quiet_routers(layout: Layout) -> None:
+    """Wait until the routers have told each other of all robots, and print what that took."""
+    started = time.monotonic()
+    before = {name: cpu_s(each) for name, each in layout.running.items()}
+    while time.monotonic() < started + PATIENCE_S:
+        time.sleep(REST_S)
+        now = {name: cpu_s(each) for name, each in layout.running.items()}
+        if all(now[name] - before[name] < IDLE * REST_S for name in now):
+            break
+        before = now
+    spent = ', '.join(f'{cpu_s(each):.1f} s of {name}' for name, each in layout.running.items())
+    print(f'  routers quiet {time.monotonic() - started:.0f} s later: {spent}', flush=True)
+
+
+def measure_attaching(layout: Layout, patterns: Sequence[str]) -> None:
+    """Print how soon an operator knows one robot, for each pattern of robots that its session asks for."""
+    for pattern in patterns:
+        title = f'robots={pattern}' if pattern else 'everything'
+        took, seen, cpu = last_line(layout.operate(OPERATOR, *filter(None, [pattern])))
         print(
             f'  operator, {title}: {took:.3f} s to know r0, {seen} declarations, {cpu:.2f} s of CPU',
             flush=True,
@@ -129,6 +148,11 @@ def main() -> None:
         '--drive', type=float, metavar='S', help='how long each goal takes; default: 20 s and more'
     )
     parser.add_argument('--kill', default='site-0', help='the routers that die, such as cloud,site-0')
+    parser.add_argument(
+        '--scoped',
+        action='store_true',
+        help='no operator asks for all robots at once',
+    )
     parser.add_argument('--chaos', type=float, default=0.0, metavar='MINUTES', help='kill and partition')
     chosen = parser.parse_args()
     problems = 0
@@ -137,7 +161,8 @@ def main() -> None:
             if chosen.chaos:
                 problems += go_through_chaos(layout, programs, chosen.chaos * 60)
                 continue
-            measure_attaching(layout)
+            await_quiet_routers(layout)
+            measure_attaching(layout, ['r0'] if chosen.scoped else ['r0', ''])
             measure_rest(layout, programs)
             for victim in chosen.kill.split(','):
                 drive_through_a_death(layout, victim, chosen.drive or 20 + number / 10)

@@ -162,7 +162,10 @@ def expect(program: subprocess.Popen[str], text: str) -> None:
 def last_line(program: subprocess.Popen[str], timeout_s: float = 1000.0) -> Any:
     """Return what a program prints at its end, read as JSON."""
     out, _ = program.communicate(timeout=timeout_s)
-    return json.loads(out.splitlines()[-1])
+    lines = out.splitlines()
+    if not lines:
+        raise SystemExit(f'{program.args!r:.80}... has ended with {program.returncode}, and without figures')
+    return json.loads(lines[-1])
 
 
 def memory_mb(program: subprocess.Popen[str]) -> float:
