@@ -328,7 +328,7 @@ def hear_from(role: Role) -> Callable[[bytes], None]:
         session.declare_queryable('a/**', lambda query: query.answer('a/b', b''), complete=True)
         session.watch_tokens('**', lambda _: None, history=True)
         cable.carry()
-        head = frame_head(DATA_CHANNEL, far.outgoing._sent[DATA_CHANNEL])
+        head = frame_head(DATA_CHANNEL, far.outgoing._numbers.next[DATA_CHANNEL])
         try:
             link.frames.receive((len(head) + len(data)).to_bytes(2, 'little') + head + data)
         finally:

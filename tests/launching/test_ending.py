@@ -162,12 +162,13 @@ def test_closed_streams_stop_nothing(closed: str, world: dict[str, str], launch:
         assert not any(process.runs for process in twins)
 
 
-def test_a_full_disk_stops_nothing(world: dict[str, str], launch: Launch) -> None:
+@pytest.mark.parametrize('variable', ['', '1'])
+def test_a_full_disk_stops_nothing(variable: str, world: dict[str, str], launch: Launch) -> None:
     with launch('fleet.launch.py', 'count:=0') as other, Path('/dev/full').open('w') as full:
         other.ended()
         launched = subprocess.Popen(
             [executable(), 'launch', 'demo_robot', 'twins.launch.xml'],
-            env=world,
+            env={**world, 'PYTHONUNBUFFERED': variable},
             stdout=full,
             stderr=subprocess.PIPE,
         )

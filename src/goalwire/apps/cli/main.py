@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.interrupts import end_at_once
@@ -30,7 +31,9 @@ def main() -> int:
         from goalwire.apps.cli.framework.handover import hand_over
 
         hand_over(sys.argv)
-    return run_command(program, sys.argv[1:])
+    code = run_command(program, sys.argv[1:])
+    _drop_unwritable_output()
+    return code
 
 
 def _open_closed_streams() -> None:
@@ -40,15 +43,23 @@ def _open_closed_streams() -> None:
             setattr(sys, name, open(os.devnull, 'w', encoding='utf-8'))  # noqa: SIM115 - for the whole process
 
 
+def _drop_unwritable_output() -> None:
+    """Drop what cannot be written, to a full disk. Python would try again at its exit, and end with 120."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 def run_command(program: str, arguments: Sequence[str]) -> int:
     """Run one command line. Any error is one line on standard error, with advice."""
     try:
         try:
             outcome = _dispatch(program, list(arguments))
-            sys.stdout.flush()
         except SystemExit as end:  # argparse exits after a help text
             outcome = Outcome(end.code if isinstance(end.code, int) else 0)
-            sys.stdout.flush()
+        _flush_output(outcome)
     except BrokenPipeError:
         outcome = _close_stdout()
     except KeyboardInterrupt:
@@ -56,6 +67,17 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
     except Exception as error:
         outcome = _close_stdout() if _is_closed_pipe(error) else _report(program, error)
     return int(outcome)
+
+
+def _flush_output(outcome: Outcome) -> None:
+    """Write what is left. Raises OSError for a full disk, unless the command has another outcome to tell."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError:
+        if outcome is Outcome.OK:
+            raise
 
 
 def _dispatch(program: str, arguments: list[str]) -> Outcome:
@@ -197,9 +219,10 @@ def _report(program: str, error: Exception) -> Outcome:
         import traceback
 
         traceback.print_exception(error)
-    print(peer_text(text, 2000), file=sys.stderr)  # noqa: T201
+    with suppress(OSError):  # the disk is full, where standard error goes
+        print(peer_text(text, 2000), file=sys.stderr)  # noqa: T201
     try:
-        sys.stdout.flush()
+        _flush_output(outcome)
     except BrokenPipeError:
         _close_stdout()
     return outcome

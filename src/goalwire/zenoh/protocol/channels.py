@@ -89,6 +89,31 @@ def pieces(message: Sequence[Buffer], size: int) -> Iterator[list[Buffer]]:
         yield piece
 
 
+class SentNumbers:
+    """The next number of each channel of a link."""
+
+    __slots__ = ('high', 'high_bytes', 'mask', 'next')
+
+    def __init__(self, first: int, mask: int = MASK) -> None:
+        """`mask` has all bits of a sequence number set."""
+        self.next = [first] * CHANNELS
+        self.mask = mask
+        self.high, self.high_bytes = -1, b''
+        """A number without its lowest seven bits, and the bytes of its encoding that have the other bits."""
+
+    def take(self, channel: int) -> int:
+        """Return a channel's next number, and count on."""
+        number = self.next[channel]
+        self.next[channel] = (number + 1) & self.mask
+        return number
+
+    def encode_high(self, number: int) -> bytes:
+        """Return all bytes of a number's encoding but the first, and keep them: 128 numbers share them."""
+        self.high_bytes = encoded = encode_padded(number)[1:]
+        self.high = number >> 7  # last, since a signal's handler may raise before
+        return encoded
+
+
 class ReceivedNumbers:
     """The last number seen on each channel of a link."""
 

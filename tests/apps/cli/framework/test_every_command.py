@@ -98,6 +98,18 @@ def test_a_closed_pipe_ends_it_without_a_word(world: dict[str, str]) -> None:
     assert (done.returncode, done.stderr) == (141, b'')
 
 
+@pytest.mark.skipif(not Path('/dev/full').exists(), reason='/dev/full')
+@pytest.mark.parametrize('variable', ['', '1'])
+def test_a_full_disk_is_an_error_in_one_line(variable: str, world: dict[str, str]) -> None:
+    env = {**world, 'PYTHONUNBUFFERED': variable}
+    with Path('/dev/full').open('w') as full:
+        command = [str(executable()), 'interface', 'list']
+        done = subprocess.run(command, env=env, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        silent = subprocess.run(command, env=env, stdout=full, stderr=full, check=False)
+    assert (done.returncode, done.stderr) == (1, 'ros2: [Errno 28] No space left on device\n')
+    assert silent.returncode == 1
+
+
 @pytest.mark.skipif(os.name != 'posix', reason='pipes and signals of POSIX')
 def test_ctrl_c_ends_it_without_a_word(world: dict[str, str], begin: Begin) -> None:
     call = begin('service', 'call', '/nobody', 'std_srvs/srv/Trigger', '--timeout', '60')
