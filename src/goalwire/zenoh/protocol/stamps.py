@@ -48,6 +48,8 @@ class Stamps:
         self._slot_ns = -_SLOT_NS
         self._unit = self._count = 0
         self._rest = b''
+        self._high, self._tail = -1, b''
+        """The upper seven bits of a unit, and an encoded stamp from these bits on."""
 
     def next(self) -> bytes:
         """Return an encoded timestamp that is later than every earlier one."""
@@ -69,12 +71,9 @@ class Stamps:
                 if self._count >= _STAMPS:
                     self._go_on()
             unit = self._unit
-            return b'%b%b%b%b' % (
-                _COUNTS[self._count],
-                FOLLOWED[unit & 0x7F],
-                FOLLOWED[unit >> 7],
-                self._rest,
-            )
+            if unit >> 7 != self._high:
+                self._tail, self._high = FOLLOWED[unit >> 7] + self._rest, unit >> 7
+            return _COUNTS[self._count] + FOLLOWED[unit & 0x7F] + self._tail
         finally:
             try:  # noqa: SIM105
                 self._release()
@@ -87,7 +86,7 @@ class Stamps:
         slot_ns = now - passed
         rest = encode_timestamp(ntp64(slot_ns), self._zid)[_FIRST_BYTES:]
         if slot_ns > self._slot_ns:  # a signal's handler may have changed to this slot meanwhile
-            self._rest, self._slot_ns, self._unit, self._count = rest, slot_ns, -1, -1
+            self._rest, self._slot_ns, self._unit, self._count, self._high = rest, slot_ns, -1, -1, -1
         return passed // _UNIT_NS
 
     def _go_on(self) -> None:
