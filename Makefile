@@ -14,7 +14,7 @@ empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
 EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
 
-.PHONY: dist site demo set-up test test-again quick long fuzz lint types mypy typings bench bench-curves bench-peers bench-short checkers clean reliability zenoh-versions
+.PHONY: dist site demo set-up test quick long fuzz lint types mypy typings bench bench-curves bench-peers bench-short checkers clean reliability zenoh-versions
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
@@ -34,15 +34,10 @@ export GOALWIRE_ZENOH := $(ZENOH)
 endif
 
 # Where the tests in a browser leave their pictures.
-test test-again quick: export GOALWIRE_SCREENSHOTS ?= $(CURDIR)/build/screenshots
+test quick: export GOALWIRE_SCREENSHOTS ?= $(CURDIR)/build/screenshots
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
-
-# What failed the last time, once more and one after the other. A test that passes here and not beside the others is to
-# be mended: its name stands in both outputs.
-test-again: $(VENV)/.dev
-	$(BIN)/python -m pytest --last-failed --last-failed-no-failures none --verbose
 
 quick: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m 'not slow'
