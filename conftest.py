@@ -15,6 +15,7 @@ import pytest
 from helpers.isolation import claim_slot, isolated_env, keep_bytecode, log_directory
 from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
+from hypothesis import HealthCheck, settings
 
 from goalwire import fault_reports, logging
 from goalwire.execution.signals.signal_pipe import signal_pipe
@@ -26,6 +27,10 @@ OpenSession: TypeAlias = Callable[[], Session]
 
 os.environ['ROS_LOG_DIR'] = str(log_directory())  # never the home of who runs the tests
 keep_bytecode()
+
+# The first text takes a second, while Hypothesis makes its table of Unicode. Other examples may be slow, too.
+settings.register_profile('any speed', deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile('any speed')
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell's background jobs are deaf to Ctrl-C, and so would be the programs that tests start.

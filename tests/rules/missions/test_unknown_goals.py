@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from goalwire.rules.goals.server_snapshot import ServerSnapshot, hash_of_statuses
@@ -127,7 +127,7 @@ def play(before: list[Event], after: list[Event], keeps: float, heard: bool, lis
 HISTORIES = given(EVENTS, EVENTS, st.sampled_from([10.0, 15.0, 900.0]), st.booleans(), st.floats(0.0, 10.0))
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=300)
 @HISTORIES
 def test_no_goal_that_ran_counts_as_one_that_never_arrived(
     before: list[Event], after: list[Event], keeps: float, heard: bool, listened: float
@@ -137,7 +137,7 @@ def test_no_goal_that_ran_counts_as_one_that_never_arrived(
 
 @pytest.mark.long
 @pytest.mark.timeout(3600)
-@settings(max_examples=100_000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=100_000)
 @HISTORIES
 def test_none_does_in_a_hundred_thousand_histories(
     before: list[Event], after: list[Event], keeps: float, heard: bool, listened: float
