@@ -74,19 +74,27 @@ def drag(page: Any, joint: str, to: float) -> None:
     """Drag a joint's slider to a part of its length."""
     slider = page.locator(f'[data-joint={joint}]:not(.disabled)')  # free once the server knows the choice
     slider.scroll_into_view_if_needed()
-    box = slider.bounding_box()
-    y = box['y'] + box['height'] / 2
-    page.mouse.move(box['x'] + box['width'] * 0.4, y)
-    page.mouse.down()
-    page.mouse.move(box['x'] + box['width'] * to, y, steps=4)
     at = count()
+
+    def grab() -> bool:
+        """Press on the slider; False if the page has moved it at that moment, and the mouse has missed it."""
+        box = slider.bounding_box()
+        page.mouse.move(box['x'] + box['width'] * 0.4, box['y'] + box['height'] / 2)
+        page.mouse.down()
+        page.mouse.move(box['x'] + box['width'] * to, box['y'] + box['height'] / 2, steps=4)
+        if slider.evaluate("slider => slider.classList.contains('q-slider--active')"):
+            return True
+        page.mouse.up()
+        return False
 
     def follows() -> bool:
         """Move on by a pixel, or back: the slider follows its joint until the server knows who holds it."""
-        page.mouse.move(box['x'] + box['width'] * to + next(at) % 2, y)
+        box = slider.bounding_box()
+        page.mouse.move(box['x'] + box['width'] * to + next(at) % 2, box['y'] + box['height'] / 2)
         shown: float = slider.evaluate(_SHOWN)
         return abs(shown - to) < 0.02
 
+    wait_for(grab, f'the mouse on the slider of {joint}')
     wait_for(follows, f'the slider of {joint} at {to}')
     page.mouse.up()
 

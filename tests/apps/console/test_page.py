@@ -12,6 +12,7 @@ import pytest
 from helpers.console import PROGRAMS, Stage, picture
 from helpers.isolation import lease_variables
 from helpers.page import choose, confirm, copied, drag, row, until, view
+from helpers.patience import wait_for
 from helpers.wires import DDS, require
 
 OpenPage = Callable[[str], Any]
@@ -22,6 +23,28 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 @pytest.fixture(autouse=True)
 def nothing_left_behind() -> None:
     """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
+
+
+def test_a_joints_slider_stays_under_the_mouse_as_goals_end(stage: Stage, open_page: OpenPage) -> None:
+    """A line for each of one's goals stands above the sliders, and a press on a slider may move the robot."""
+    stage.robot()
+    _, url = stage.console()
+    page = open_page(f'{url}?view=actions')
+    row(page, '/count')
+    page.fill('[data-field=order]', '90')
+    page.click('[data-send-goal]')
+    confirm(page)
+    view(page, 'robot')
+    page.wait_for_selector('[data-goal-lines] [data-cancel]')
+    slider = page.locator('[data-joint]').first  # the notification comes over the last ones
+    slider.scroll_into_view_if_needed()
+    slider.hover(force=True)
+    place = slider.bounding_box()
+    page.evaluate("() => document.querySelector('[data-goal-lines] [data-cancel]').click()")
+    page.wait_for_selector('[data-goal-lines] [data-cancel]', state='detached')
+    assert slider.bounding_box() == place
+    page.mouse.move(5, 5)
+    wait_for(lambda: slider.bounding_box()['y'] < place['y'], 'the slider further up')
 
 
 @pytest.mark.parametrize('transport_name', ['rmw_zenoh_cpp', pytest.param(DDS, marks=pytest.mark.long)])

@@ -158,3 +158,15 @@ def copy_buttons(python: Callable[[], str | None], command: Callable[[], str | N
     ui.button('Copy as command', icon='terminal', on_click=lambda: copy(command, 'Command')).props(
         'flat dense no-caps size=sm'
     ).classes('gw-quiet')
+
+
+def hold_goal_lines(element: ui.element, *, under: ui.element) -> None:
+    """Keep the height of the goals' lines while the mouse is on what lies below them.
+
+    A slider that moves a robot must not go away under the mouse, and another take its place. The height is a
+    variable of the style sheet, since an update of the element would replace its own style.
+    """
+    style = 'document.documentElement.style'
+    height = f"getHtmlElement({element.id}).offsetHeight + 'px'"
+    under.on('pointerenter', js_handler=f"() => {style}.setProperty('--gw-goal-lines', {height})")
+    under.on('pointerleave', js_handler=f"() => {style}.removeProperty('--gw-goal-lines')")

@@ -17,7 +17,7 @@ from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.layers_card import LayersCard
 from goalwire.apps.console.page.other_robots_card import OtherRobotsCard
-from goalwire.apps.console.page.parts import head
+from goalwire.apps.console.page.parts import head, hold_goal_lines
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.robot_model import scene_of
@@ -99,9 +99,9 @@ class RobotView(View):
                 self._frames = FramesCard(self.page, self._scene)
                 self._layers = LayersCard(self.page, self._scene)
                 self._others = OtherRobotsCard(self.page, self._scene)
-                with ui.element('div').classes('gw-card').props('data-joints') as self._joint_card:
-                    pass
+                self._joint_card = ui.element('div').classes('gw-card').props('data-joints')
                 self._joint_card.set_visibility(False)
+                hold_goal_lines(self._goal_lines, under=self._joint_card)
 
     def _build_bar(self) -> None:
         with ui.element('div').classes('gw-scene-bar'):
@@ -124,7 +124,7 @@ class RobotView(View):
                 'outlined dense options-dense data-way'
             )
             self._way.style('width: 100%')
-            self._goal_lines = ui.element('div').classes('gw-stack').style('gap: 6px')
+            self._goal_lines = ui.element('div').classes('gw-goal-lines').props('data-goal-lines')
 
     def set_dark(self, dark: bool) -> None:
         self._scene.set_dark(dark)
