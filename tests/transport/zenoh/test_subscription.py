@@ -89,14 +89,19 @@ def key(world: dict[str, str]) -> str:
     return world['ROS_DOMAIN_ID'] + MAP
 
 
+def await_subscriber(session: zenoh.Session, key: str) -> None:
+    """Wait until a session knows the subscription: before that, zenoh sends its messages to nobody."""
+    shown: Collector[zenoh.Sample] = Collector()
+    session.liveliness().declare_subscriber(f'{key}/@adv/sub/**', direct(shown), history=True)
+    shown.expect()
+
+
 @pytest.fixture
 def samples(goalwire_side: Side, peer: zenoh.Session, key: str) -> Collector[Sample]:
     """What a subscription gets that the peer has seen already."""
     came: Collector[Sample] = Collector()
     goalwire_side.subscription('/map', came, LASTING)
-    shown: Collector[zenoh.Sample] = Collector()
-    peer.liveliness().declare_subscriber(f'{key}/@adv/sub/**', direct(shown), history=True)
-    shown.expect()
+    await_subscriber(peer, key)
     return came
 
 
@@ -175,9 +180,7 @@ def test_one_message_in_a_publishers_name_does_not_silence_it(
     theirs.keep(0, 1, 2)
     theirs.send(0, 1, 2)
     arrived(samples, 3)
-    forger_watch: Collector[zenoh.Sample] = Collector()
-    forger.liveliness().declare_subscriber(f'{key}/@adv/sub/**', direct(forger_watch), history=True)
-    forger_watch.expect()
+    await_subscriber(forger, key)
     far = zenoh.SourceInfo(theirs.source, 2_000_000_000)
     forger.put(key, b'forged', attachment=beside(2_000_000_000), source_info=far)
     if world[CHOICE] == NATIVE:  # a session of ours sees over which link it came
@@ -206,6 +209,7 @@ def test_a_stranger_that_never_answers_for_a_publisher_does_not_hold_its_message
     held: list[zenoh.Query] = []
     theirs.keep(0, 1, 2)  # before the token: eclipse-zenoh's session asks as soon as it sees one
     forger.declare_queryable(theirs.address, direct(held.append))
+    await_subscriber(forger, key)
     forger.put(key, b'asked', attachment=beside(7))  # it comes after the queryable, so the token does too
     arrived(samples, 1)
     forger.liveliness().declare_token(theirs.address)
