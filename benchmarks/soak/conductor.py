@@ -151,7 +151,7 @@ class Conductor:
             await self._start(name)
 
     def sample(self) -> dict[str, Health]:
-        """Look at the survivors; it is a problem where one is no more."""
+        """Look at the survivors; one that has ended is a problem."""
         found = {}
         for name, samples in self.samples.items():
             try:

@@ -23,7 +23,7 @@ GRACE_S = 2.0
 """How long a goal that is given up may take to end."""
 
 PATIENCE_S = 10.0
-"""The deadline of what should be answered: long, since a busy machine is no fault."""
+"""The deadline of what should be answered: long, since being busy is not a fault of a machine."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Reads files that others wrote, without hanging on a named pipe or filling the memory with a huge file.
 
-Also says in which folders goalwire's own files are.
+Also says in which folders goalwire's own files are, and leads an output that nobody can read to nowhere.
 
 The import hook uses this module. So it imports only modules that Python has already loaded at its start.
 """
@@ -43,6 +43,18 @@ def read_regular(path: str, largest: int) -> bytes:
         if found.st_size > largest:
             raise _too_large(path, largest)
         return _read(stream.read, path, largest)
+
+
+def discard_output(descriptor: int) -> None:
+    """Lead an output of this process to the null device: everything written to it from now on is dropped.
+
+    For standard output whose reader has gone, or whose disk is full: Python writes the rest at its exit, and
+    would fail there once more.
+    """
+    null = os.open(os.devnull, os.O_WRONLY)
+    if null != descriptor:  # equal if the output was closed
+        os.dup2(null, descriptor)
+        os.close(null)
 
 
 def why_others_write(state: os.stat_result) -> str:

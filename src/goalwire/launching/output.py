@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from goalwire.errors import BadLaunchValueError, LaunchError
+from goalwire.files import discard_output
 
 _SCREEN = '[{levelname}] [{name}]: {message}'
 _SCREEN_WITH_TIME = '{created:.7f} [{levelname}] [{name}]: {message}'
@@ -70,7 +71,7 @@ class _Screen(_Formatted):
                 return  # a full disk or a full pipe must not stop the robot
             self._closed = True
             with contextlib.suppress(OSError, ValueError):
-                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for Python's flush at exit
+                discard_output(1)
             self.on_closed()
 
 

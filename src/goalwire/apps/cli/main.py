@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.apps.cli.framework.interrupts import end_at_once
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.files import discard_output
 
 if TYPE_CHECKING:
     from argparse import Namespace
@@ -49,7 +50,7 @@ def _drop_unwritable_output() -> None:
         try:
             stream.flush()
         except OSError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            discard_output(stream.fileno())
 
 
 def run_command(program: str, arguments: Sequence[str]) -> int:
@@ -237,7 +238,7 @@ def _is_closed_pipe(error: Exception) -> bool:
 
 def _close_stdout() -> Outcome:
     """Close standard output quietly: nobody reads it any more."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    discard_output(sys.stdout.fileno())
     return Outcome.CLOSED_PIPE
 
 

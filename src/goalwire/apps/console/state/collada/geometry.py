@@ -42,7 +42,7 @@ class Block(NamedTuple):
 
 
 class _Input(NamedTuple):
-    """What the indices at one place among a corner's indices mean."""
+    """The values that the indices at one place of each corner select."""
 
     offset: int
     values: Floats

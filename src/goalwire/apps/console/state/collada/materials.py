@@ -22,7 +22,7 @@ _BLACK: Rgb = (0.0, 0.0, 0.0)
 
 @record
 class Material:
-    """What a surface looks like: its colour and the colour that it glows in, or a picture's address."""
+    """The look of a surface: its colour and the colour that it glows in, or a picture's address."""
 
     rgb: Rgb
     glow: Rgb = _BLACK
