@@ -56,13 +56,13 @@ def nothing_left_behind() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def nothing_told_before() -> None:
-    """What is logged once in a process is logged once in a test."""
+    """Forget the faults of earlier tests: each is logged once in a process, and here once in a test."""
     fault_reports._failures.clear()
 
 
 @pytest.fixture
 def records() -> Iterator[list[LogRecord]]:
-    """Whatever is logged during the test."""
+    """The records that are logged during the test."""
     seen: list[LogRecord] = []
     with logging.add_sink(seen.append):
         yield seen
@@ -132,7 +132,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Choose the wires of a scenario for all of them; DDS is among them where it is marked so."""
+    """Choose the wires of a scenario for all of them; DDS is among them if the scenario is marked so."""
     if 'wire' in metafunc.fixturenames:
         also = {DDS} if metafunc.definition.get_closest_marker('also_on_dds') else set()
         metafunc.parametrize('wire', sorted({*TRANSPORTS, *also}), indirect=True)

@@ -22,7 +22,7 @@ from benchmarks.verdicts import judge
 
 
 def say(text: str) -> None:
-    """Show what is under way, where somebody watches."""
+    """Show the work that is under way, if somebody watches."""
     if sys.stderr.isatty():
         print(f'\r{text[:100]:100}', end='', file=sys.stderr, flush=True)
 

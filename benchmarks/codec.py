@@ -1,4 +1,4 @@
-"""What messages cost: making, encoding and decoding one, best of several runs, in microseconds.
+"""The cost of messages: making, encoding and decoding one, best of several runs, in microseconds.
 
 python benchmarks/codec.py [TYPE…]
 """

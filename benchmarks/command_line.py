@@ -49,7 +49,7 @@ executor.spin()
 
 
 class Took(NamedTuple):
-    """What runs of a command took, in ms."""
+    """The durations of runs of a command, in ms."""
 
     median: float
     fastest: float
@@ -121,7 +121,7 @@ def _print_row(*cells: str) -> None:
 
 
 def main() -> int:
-    """Measure; 1 where a limit is missed."""
+    """Measure; return 1 if a limit is missed."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

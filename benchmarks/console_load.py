@@ -2,7 +2,7 @@
 
 200 topics at 20 Hz and 50 goals. Views one by one, many browsers at once, browsers that have stopped reading
 (one that is stopped by SIGSTOP, one that answers pings and reads nothing), and the memory over `--minutes`.
-Prints a table with a verdict on each line; the exit code is 1 where one is not kept. Needs Chromium and
+Prints a table with a verdict on each line; the exit code is 1 if a limit is not kept. Needs Chromium and
 playwright. The server's share is processor time, so it can be told on a busy machine, too; frames cannot.
 """
 

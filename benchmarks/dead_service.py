@@ -56,7 +56,7 @@ def held() -> int:
 
 
 class Level:
-    """What a process uses at one moment."""
+    """The memory, threads and descriptors of this process at one moment."""
 
     def __init__(self) -> None:
         self.memory = resident_kib()
@@ -64,7 +64,7 @@ class Level:
         self.files = sum(1 for _ in Path('/proc/self/fd').iterdir())
 
     def since(self, before: Level) -> str:
-        """What has grown."""
+        """Return the growth since an earlier moment, as text."""
         return (
             f'{self.memory - before.memory:+6d} KiB of {self.memory // 1024} MiB, '
             f'{self.threads - before.threads:+d} threads, {self.files - before.files:+d} files'

@@ -1,6 +1,6 @@
-"""What the execution core itself costs: run `python benchmarks/execution.py`. Medians of five rounds.
+"""The cost of the execution core itself: run `python benchmarks/execution.py`. Medians of five rounds.
 
-Times are of the whole process (CPU) where a thread is handed something, and of the thread otherwise.
+Times are of the whole process (CPU) if a thread is handed something, and of the thread otherwise.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class Plan(NamedTuple):
 
 
 class Count(NamedTuple):
-    """What the robots' files say."""
+    """The counts in the robots' files."""
 
     begun: Counter[int]
     """How often each mission's drive began."""

@@ -47,7 +47,7 @@ REMEMBERED = 500  # truths, each with the stamp of its odometry
 
 
 class Watch:
-    """What the simulation's truth says of a run."""
+    """The facts about a run, from the simulation's truth."""
 
     def __init__(self, robot: Robot) -> None:
         self.nearest = math.inf  # m between the robot's outline and anything

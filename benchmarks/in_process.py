@@ -1,4 +1,4 @@
-"""What goalwire costs within one process, and a yardstick of plain Python beside it: best of several, µs.
+"""The cost of goalwire within one process, and a yardstick of plain Python beside it: best of several, µs.
 
 usage: RMW_IMPLEMENTATION=goalwire_memory python -m benchmarks.in_process ask REPEATS
 """

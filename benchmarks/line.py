@@ -1,4 +1,4 @@
-"""What a line of the benchmark table is: its work, the figures it gives, and the goals they are held to."""
+"""A line of the benchmark table: its work, the figures it gives, and the goals they are held to."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
 Figures: TypeAlias = dict[str, float]
-"""What one run of a program measured, by name: `p50`, `p99`, `cpu` … in µs; see FIGURES."""
+"""The results of one run of a program, by name: `p50`, `p99`, `cpu` … in µs; see FIGURES."""
 
 NONE: Mapping[str, float] = MappingProxyType({})
 
@@ -35,7 +35,7 @@ FIGURES: Mapping[str, tuple[str, str]] = MappingProxyType({
 
 
 class Of(Enum):
-    """What a goal's limit is a multiple of."""
+    """The base of a goal's limit: the limit is a multiple of it."""
 
     REFERENCE = "the real rclpy's figure in the reference configuration"
     RAW = "the raw wire's figure, measured beside"

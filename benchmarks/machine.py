@@ -1,4 +1,4 @@
-"""What a report is about: versions, the machine, and how busy it was."""
+"""The facts at the head of a report: versions, the machine, and how busy it was."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def run(subject: Subject, line: Line, *arguments: object) -> Figures | None:
 
 
 def _two_processors() -> str:
-    """Return two that may be used, as stage.PINNED has them. Raises Failed where there is one only."""
+    """Return two that may be used, as stage.PINNED has them. Raises Failed if there is only one."""
     usable = sorted(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else []
     if len(usable) < 2:
         raise Failed('no two processors to pin processes to')

@@ -1,4 +1,4 @@
-"""What the journal of missions costs: python -m benchmarks.missions [FOLDER].
+"""The cost of the journal of missions: python -m benchmarks.missions [FOLDER].
 
 `FOLDER` is on the disk to measure, by default the folder for temporary files. The action server and the
 runner are in one process, on the transport `memory`, so that little besides the journal is measured.

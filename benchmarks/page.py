@@ -75,13 +75,13 @@ ROWS = (
 
 
 class Run(NamedTuple):
-    """What `make bench` has measured: facts about it, and lines by their names."""
+    """The results of `make bench`: facts about the run, and lines by their names."""
 
     facts: Mapping[str, str]
     lines: Mapping[str, Measured]
 
     def shown(self, row: Row, who: str) -> str:
-        """Return a cell: figures in bold where they meet every goal that they have."""
+        """Return a cell: figures in bold if they meet every goal that they have."""
         measured = self.lines.get(row.line.name)
         if measured is None:
             return NOTHING
@@ -94,7 +94,7 @@ class Run(NamedTuple):
         return (f'**{text}**' if is_met else text) or NOTHING
 
     def figure(self, line: Line, who: str) -> str:
-        """Return a line's first figure. Raises SystemExit where it is missing."""
+        """Return a line's first figure. Raises SystemExit if it is missing."""
         value = self.lines[line.name].figure(who, line.figures[0]) if line.name in self.lines else None
         if value is None:
             sys.exit(
@@ -196,7 +196,7 @@ def not_met(run: Run) -> Iterator[str]:
 
 
 def filled(page: str, parts: Mapping[str, str]) -> str:
-    """Return the page with the parts between their comments. Raises SystemExit where one has no comments."""
+    """Return the page with the parts between their comments. Raises SystemExit if comments are missing."""
     for name, text in parts.items():
         before, begin, rest = page.partition(f'<!-- bench: {name} -->\n')
         _, end, after = rest.partition('<!-- bench: end -->')

@@ -78,12 +78,12 @@ async def read_nothing() -> None:
 
 
 class Use(NamedTuple):
-    """What a process has taken."""
+    """The resources that a process has used."""
 
     seconds: float
-    """Of a processor."""
+    """The processor time in s."""
     megabytes: float
-    """In memory, at most."""
+    """The peak of its memory in MB."""
 
 
 def use_of(pid: int) -> Use:

@@ -148,7 +148,7 @@ class IceoryxSender:
 
 
 def receive_iceoryx(number: int, note: Callable[[], object]) -> None:
-    """Look at each message where it lies."""
+    """Look at each message in shared memory, without a copy."""
     _node, pictures, events = _open_iceoryx(number)
     subscriber = pictures.subscriber_builder().create()
     listener = events.listener_builder().create()

@@ -29,7 +29,7 @@ ROUNDS = 2
 MORE_RUNS = 2
 """How often what seems slower is measured again: other programs are done by then, a doubling stays."""
 ACCEPTED_RUNS = 6
-"""What is expected is the highest of so many."""
+"""The number of runs whose highest figure becomes the expected one."""
 MEMORY = Subject('goalwire in one process', 'goalwire_memory', lambda line: [line.module, 'ask'])
 LOCAL = Line('in one process', 'benchmarks.in_process', 3, (), ())
 START = Line('parts of a start', 'benchmarks.start_parts', 8, (), ())

@@ -83,7 +83,7 @@ def spin_until_done(node: Node, future: Future[Any], timeout: float | None = Non
 
 
 class Arrivals(list[T]):
-    """What has come, for an executor with workers: there `spin_once` returns before the callback has run."""
+    """The messages that have come. With workers, `spin_once` returns before the callback has run."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What the parts of a start cost, in fresh processes: goalwire.pth, `import rclpy`, a node. The least, µs.
+"""The cost of the parts of a start, in fresh processes: goalwire.pth, `import rclpy`, a node. The least, µs.
 
 usage: RMW_IMPLEMENTATION=goalwire_memory python -m benchmarks.start_parts ask REPEATS
 """

@@ -1,4 +1,4 @@
-"""Who is measured: goalwire on its own sessions, eclipse-zenoh's and libddsc; rclpy; the raw wires."""
+"""The measured subjects: goalwire on its own sessions, eclipse-zenoh's and libddsc; rclpy; raw wires."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from goalwire.transport import dds
 from goalwire.transport.dds.cyclone.library import find_library
 
 Program: TypeAlias = Callable[[Line], list[str]]
-"""The module that does a line's work, and its first arguments; empty where there is none."""
+"""The module that does a line's work, and its first arguments; empty if the subject has no such program."""
 
 UNCHANGED: Mapping[str, str] = MappingProxyType({})
 NATIVE = {'GOALWIRE_ZENOH': 'native'}

@@ -1,4 +1,4 @@
-"""What goalwire's own DDS session and other implementations do for each other, as a table.
+"""A table of what goalwire's own DDS session and other implementations can do for each other.
 
 usage: python -m benchmarks.vendor_matrix [--old-libddsc FILE] [--calls N] [--goals N] [WORD ...]
 
@@ -84,7 +84,7 @@ def _install(*wheels: str) -> Path | None:
 
 
 def _without_shared_memory(python: Path) -> Path:
-    """Return a program that runs an interpreter where nobody can make shared memory; for root alone."""
+    """Return a program that runs an interpreter without shared memory; only root can use it."""
     script = python.with_name('python-without-shared-memory')
     script.write_text(_NO_SHARED_MEMORY.format(python=python.absolute()), encoding='utf-8')
     script.chmod(0o755)

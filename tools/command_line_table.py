@@ -120,7 +120,7 @@ JAZZY = {
 """The nouns that goalwire's own cover, verb by verb."""
 
 BEFORE = {'service': '--include-hidden-services', 'topic': '--include-hidden-topics'}
-"""What Jazzy takes between a noun and its verb."""
+"""The options that Jazzy takes between a noun and its verb."""
 
 MISSING = {
     'bag --storage-config-file': '`--storage-preset-profile` has what there is to choose',
@@ -130,7 +130,7 @@ MISSING = {
     'doctor -ep --exclude-packages': 'packages are not compared with a list of releases',
     'doctor -iw --include-warnings': 'what is not well is always shown',
 }
-"""What Jazzy has and goalwire has not, and why."""
+"""The options of Jazzy that goalwire lacks, and the reasons."""
 
 
 def flags(program_verb: tuple[str, str]) -> list[str]:

@@ -46,7 +46,7 @@ TOPICS = {
 HEAD = '| mistake | goalwire says | where | within | rclpy 9.1.2 says |'
 NOTHING = 'nothing'
 NO_PART = '—'
-"""What the wheels have no part for: own definitions, launch files, the command line, asyncio."""
+"""The mark for parts that the wheels lack: own definitions, launch files, the command line, asyncio."""
 _RUNS_S = 15.0
 """How long a program may go on before it gets Ctrl-C, as from a user who waits in vain."""
 _ERROR = re.compile(r'^(?!KeyboardInterrupt|.*ExternalShutdown)[\w.]*(Error|Exception|Handle|Warning)\b')

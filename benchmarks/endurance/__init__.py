@@ -1,1 +1,1 @@
-"""What is left behind after very many calls, nodes, links and publishers, and how large messages fare."""
+"""Counts what very many calls, nodes, links and publishers leave behind, and times large messages."""

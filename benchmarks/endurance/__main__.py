@@ -22,7 +22,7 @@ from benchmarks.line import Figures
 from benchmarks.soak.__main__ import environment
 
 SPARE_MIB = 3.0
-"""What a process may hold more: allocators keep a little."""
+"""The growth in memory that is allowed: allocators keep a little."""
 SLOWER = 1.5
 """How many times as much processor time the last ones may take as the first."""
 

@@ -1,4 +1,4 @@
-"""What processes hold before and after (Linux)."""
+"""The memory, threads and descriptors of processes, before and after (Linux)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from benchmarks.soak.health import health
 
 
 class Held:
-    """What processes hold at one moment, by their names, and what has been added since."""
+    """The holdings of processes at one moment, by their names, and the growth since then."""
 
     def __init__(self, **pids: int) -> None:
         self._pids = pids

@@ -23,7 +23,7 @@ class Books:
             name: Counter(_lines(folder / file)) for name, file in (('goal', 'executed'), (CALLS, 'handled'))
         }
         self._ends: dict[tuple[str, str], str] = {}
-        """How each goal and each call has ended, by its kind and id; '' while it has not."""
+        """The end of each goal and each call, by its kind and id; '' until it has ended."""
         for line in _lines(folder / 'told'):
             what, kind, key, *outcome = line.split('\t')
             if what == 'sent':

@@ -84,7 +84,7 @@ def answer(port: int) -> None:
 
 
 class Parked:
-    """What a waiting thread sleeps on until Zenoh's wakes it."""
+    """A lock on which a waiting thread sleeps until Zenoh's thread wakes it."""
 
     def __init__(self) -> None:
         self._lock = Lock()

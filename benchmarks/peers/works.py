@@ -1,4 +1,4 @@
-"""What is asked of everybody: the work's name, who does it, and the row of the table that a figure fills."""
+"""The work that everybody is to do: its name, who does it, and the row of the table for a figure."""
 
 from __future__ import annotations
 

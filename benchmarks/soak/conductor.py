@@ -19,9 +19,9 @@ from benchmarks.soak.tally import Tally
 
 ROOT = Path(__file__).resolve().parents[2]
 START_S = 120.0
-"""What a member may take to start, on a machine that is busy."""
+"""The time in s that a member may take to start, on a machine that is busy."""
 STOP_S = 30.0
-"""What clients and servers may take to end."""
+"""The time in s that clients and servers may take to end."""
 
 
 class Member:
@@ -50,7 +50,7 @@ class Member:
     async def ended(self) -> int:
         """Wait for the end of the process and of its output; return its exit code.
 
-        Whoever gives up waiting does not end the reading, for which others wait.
+        A caller that gives up waiting does not end the reading, for which others wait.
         """
         await asyncio.shield(self._reading)
         return await self.process.wait()
@@ -65,7 +65,7 @@ class Member:
         return alive
 
     async def stop(self) -> None:
-        """Ask it to end; it is a problem where it does not, or not well."""
+        """Ask the member to end. If it does not end, or ends with an error, that is a problem."""
         if self._killed:
             await self.ended()
             return

@@ -1,4 +1,4 @@
-"""What a process holds: memory, threads, descriptors (Linux)."""
+"""The health of a process: its memory, threads and descriptors (Linux)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What servers hear from commanders (commanders.py)."""
+"""The commands that servers hear from commanders (commanders.py)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from benchmarks.soak.report import Report
 
 
 class Obedience:
-    """What a server hears from commanders."""
+    """The commands that one server has heard."""
 
     def __init__(self, report: Report) -> None:
         self._report = report

@@ -214,8 +214,8 @@ class Caller:
                 wait(handle.cancel_goal_async(), work.timeout)
                 raise
         finally:
-            ending.cancel()  # where it was given up, the client has nothing to wait for any more
-            ending.exception()  # where it failed meanwhile, somebody has looked
+            ending.cancel()  # if the wait was given up: the client waits for nothing any more
+            ending.exception()  # if it failed meanwhile: an error that nobody looks at is reported
         if end.status == GoalStatus.STATUS_ABORTED:
             raise GoalAborted('the goal was aborted')
         if end.status == GoalStatus.STATUS_CANCELED:

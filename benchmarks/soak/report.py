@@ -1,4 +1,4 @@
-"""What a member tells: a line per event, written to standard output at once, so that kill -9 loses none."""
+"""A member's report: a line per event, written to standard output at once, so that kill -9 loses none."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Call:
     def __init__(self, tag: int) -> None:
         self.tag = tag
         self.handled_as = str(tag)
-        """What the server will call it, a goal's id where it is one."""
+        """The server's name for it: the id if it is a goal."""
 
 
 class Report:

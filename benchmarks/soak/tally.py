@@ -24,7 +24,7 @@ class Tally:
     """Server and title of each call under way, by tag."""
     handled: set[str] = field(default_factory=set)
     answered: set[str] = field(default_factory=set)
-    """What the servers must have handled."""
+    """The answered ones: the servers must have handled these."""
     late_ms: int = 0
     heard: list[int] = field(default_factory=lambda: [0, 0, 0])
     """Messages that came, that were missed, and that came in the wrong order."""

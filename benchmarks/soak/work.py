@@ -1,4 +1,4 @@
-"""What clients ask for, and what it comes to: by a server that lives, and by one that was killed."""
+"""The work that clients ask for, and its outcomes: of a server that lives, and of one that was killed."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ RCLPY = ('right',)
 """Those that are rclpy programs: there, a callback that fails ends the program."""
 
 LOST = frozenset({'NoServerError', 'ServerLostError', 'DeadlineError'})
-"""What any call may come to whose server is killed."""
+"""The outcomes that a call may have if its server is killed."""
 CLOSED = frozenset({'ServerFailedError', 'GoalAborted', 'GoalCanceled', 'GoalRefused'})
-"""… or closes while it works: where nobody can be killed (memory), servers leave their blocks instead."""
+"""The outcomes if the server closes while it works. In one process (memory), a server cannot be killed."""
 
 GRACE_S = 2.0
 """How long a goal that is given up may take to end."""
@@ -40,9 +40,9 @@ class Work:
         return self.title.startswith('goal')
 
 
-# What a service's handler is asked for, in b of AddTwoInts; a is the call's own number.
+# The work of a service's handler, in b of AddTwoInts; a is the call's own number.
 ADD, FAIL, DAWDLE = 0, 1, 2
-# What an action's handler is asked for, as the order of Fibonacci; a positive one is the number of steps.
+# The work of an action's handler, as the order of Fibonacci; a positive order is the number of steps.
 REFUSE, ABORT, ENDLESS = -1, 0, 1000
 
 SERVICES = (
