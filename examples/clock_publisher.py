@@ -19,7 +19,7 @@ class ClockPublisher(Node):
         self.time = Time(seconds=100)
         self.step = Duration(seconds=0.1)
         self.publisher = self.create_publisher(ClockMessage, '/clock', 10)
-        # Whoever makes the time must not wait for it: this timer goes by the machine's clock.
+        # A node that makes the time must not wait for it: this timer goes by the machine's clock.
         self.create_timer(0.01, self.tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info('Time begins')
 

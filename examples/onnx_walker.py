@@ -78,7 +78,7 @@ class OnnxWalker:
         return self._torques
 
     def observe(self, sensed, angles, speeds):
-        """What the policy sees: turn rates, down, wished velocity, angles, speeds, and its last action."""
+        """Return the policy's input: turn rates, down, wished velocity, angles, speeds, its last action."""
         down = -self._body.pelvis[2]  # in the pelvis' frame
         velocity = self._wish.velocity
         wished = (velocity.x, velocity.y, velocity.yaw)
@@ -86,5 +86,5 @@ class OnnxWalker:
 
 
 def walker(robot, period, at):
-    """What HUMANOID_WALKER names."""
+    """Make the walker; HUMANOID_WALKER names this function."""
     return OnnxWalker(robot, period, at, os.environ['POLICY'])

@@ -36,7 +36,7 @@ def expect(truth: bool, happened: str) -> None:
 
 
 class Robot:
-    """What the robot can do."""
+    """The abilities of the robot."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._joints = node.client(GetJointState, 'get_joint_state')

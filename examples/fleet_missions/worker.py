@@ -34,7 +34,7 @@ SERVER_GONE = goalwire.NoServerError, goalwire.ServerLostError, goalwire.Deadlin
 
 
 class World:
-    """What steps use of this process; `main` sets it before the first step."""
+    """The parts of this process that steps use; `main` sets it before the first step."""
 
     node: goalwire.Node
     leases: Leases

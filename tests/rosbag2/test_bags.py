@@ -386,7 +386,7 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BagError, match='no bag is there'):
         Reader(tmp_path / 'empty')
     (tmp_path / 'text.mcap').write_text('no bag')
-    with pytest.raises(BagError, match='no MCAP file'):
+    with pytest.raises(BagError, match='not an MCAP file'):
         Reader(tmp_path / 'text.mcap')
     (tmp_path / 'text.db3').write_text('no bag, but long enough for a header of sqlite3' * 10)
     with pytest.raises(BagError, match='sqlite3'):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def network() -> str:
-    """What the world is on; tests marked `helpers.robot.on_both_wires` run on each."""
+    """The network that the world is on; tests marked `helpers.robot.on_both_wires` run on each."""
     return NETWORK
 
 

@@ -29,7 +29,7 @@ MEANWHILE = (
     'power_supply_status',
     'message',  # it has the distance that was left
 )
-"""What differs from one run to the next."""
+"""The fields that differ from one run to the next."""
 
 
 @contextmanager

@@ -226,7 +226,7 @@ def test_a_switch_that_is_gone_stops_the_robot_and_its_next_one_is_to_be_release
 
 @pytest.fixture
 def stranger(robot: Robot) -> Iterator[Node]:
-    """A node that is none of the robot's, beside a robot that has said how it stands."""
+    """A node that does not belong to the robot, beside a robot that has said how it stands."""
     assert accepted(robot)
     node = Node('stranger')
     yield node

@@ -1,4 +1,4 @@
-"""What tools of ROS 2 know to use: cmd_vel, trajectories, grippers, triggers, and the robot's topics."""
+"""Interfaces that tools of ROS 2 use: cmd_vel, trajectories, grippers, triggers, and the robot's topics."""
 
 from __future__ import annotations
 

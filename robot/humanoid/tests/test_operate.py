@@ -35,7 +35,7 @@ def up(env: dict[str, str]) -> Iterator[Program]:
 
 
 def said(env: dict[str, str], *arguments: str, code: int = 0) -> str:
-    """What a command prints; it ends with `code`."""
+    """Run a command, which ends with `code`; return its output."""
     with humanoid(*arguments, env=env) as program:
         assert program.wait() == code, program.output
     assert 'Traceback' not in program.output

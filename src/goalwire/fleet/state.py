@@ -1,4 +1,4 @@
-"""What a robot of a fleet tells of itself: its battery, its emergency stop, and its goals.
+"""The state of a robot of a fleet, as the robot reports it: its battery, its emergency stop, and its goals.
 
 Everything is read from topics that many robots have: sensor_msgs/BatteryState, the states of emergency stops,
 and the status of each action. Nothing is asked of the robot, and nothing on it changes.

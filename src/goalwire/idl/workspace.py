@@ -25,7 +25,7 @@ IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 
 
 class Workspace:
-    """What one walk through a folder tree has found."""
+    """The findings of one walk through a folder tree."""
 
     __slots__ = (
         'complete', 'entries', 'guarded', 'manifests', 'packages', 'refused', 'remarks', 'root', 'seen',

@@ -96,7 +96,7 @@ class McapReader:
 
     def _read_magic(self) -> None:
         if self._file.read(len(_MAGIC)) != _MAGIC:
-            raise BagError(f'{show(self.path)}: it is no MCAP file, or its first bytes are lost')
+            raise BagError(f'{show(self.path)}: it is not an MCAP file, or its first bytes are lost')
 
     def _read_summary(self) -> bool:
         """Read the file's summary; False if it is missing, incomplete or broken."""

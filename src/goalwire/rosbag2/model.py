@@ -75,7 +75,7 @@ class BagFacts:
     duration: int = 0
     compression_format: str = ''
     compression_mode: str = ''
-    """What is compressed: '' (nothing), 'file' or 'message'."""
+    """The unit of compression: '' (nothing is compressed), 'file' or 'message'."""
     custom_data: tuple[tuple[str, str], ...] = ()
     ros_distro: str = ''
     version: int = 9

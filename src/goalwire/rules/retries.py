@@ -22,7 +22,7 @@ class CallAttempt:
     began: float
     """The time of its beginning, in s after the beginning of the call."""
     lasted: float
-    """Its duration in s."""
+    """The duration of the attempt in s."""
     error: CallError | None
     """The error with which it failed; None if it was answered."""
     retry_in: float | None

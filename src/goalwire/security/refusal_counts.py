@@ -15,7 +15,7 @@ OTHERS = 'other acts'
 
 
 class RefusedActs(NamedTuple):
-    """What was refused to one identity."""
+    """The acts that were refused to one identity."""
 
     who: str
     counts: dict[str, int]

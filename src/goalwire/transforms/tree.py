@@ -51,7 +51,7 @@ class Velocity(NamedTuple):
 
 
 class FrameReport(NamedTuple):
-    """What `frames` reports about one frame; times in ns."""
+    """The report of `frames` about one frame; times in ns."""
 
     name: str
     parent: str

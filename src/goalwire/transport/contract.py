@@ -327,7 +327,7 @@ class Session(ABC):
     knows_its_peers = False
     """True if the session meets only the peers that `has_heard_all` counts."""
     refusals: RefusalCounts | None = None
-    """What this session's policy has refused; None if it has no policy."""
+    """Counts of the acts that this session's policy has refused; None if it has no policy."""
     wire_poller: WirePoller | None = None
     """The poller with which idle threads wait on this wire; None if the wire's own threads do that."""
 

@@ -1,4 +1,4 @@
-"""What the navigator does for one goal: the common part of all its tasks."""
+"""The task of the navigator for one goal: the common part of all its tasks."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ class Task(ABC):
     @property
     @abstractmethod
     def aim(self) -> str:
-        """What the goal asks for, for the log."""
+        """Return the aim of the goal as text for the log."""
 
     @property
     def doing(self) -> str:
-        """What the robot does now, for the diagnostics."""
+        """The robot's present activity, as text for the diagnostics."""
         return 'on the way'
 
     @property

@@ -1,4 +1,4 @@
-"""What the simulated body does, against formulas and against the frames of another library."""
+"""The motion of the simulated body, against formulas and against the frames of another library."""
 
 from __future__ import annotations
 

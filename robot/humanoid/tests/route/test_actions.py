@@ -1,4 +1,4 @@
-"""What the navigator's actions read from a goal, and say of its progress."""
+"""The navigator's actions: reading their goals, and reporting progress."""
 
 from __future__ import annotations
 

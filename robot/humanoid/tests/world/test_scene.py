@@ -1,4 +1,4 @@
-"""What a scanner sees, how near things are, and how people and doors behave."""
+"""The scene: the scanner's view, distances to things, and the behaviour of people and doors."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _ESCAPE = '\x1b'
 _REST_S = 0.05
 """Seconds to wait after an Escape character for the rest of an arrow key's sequence."""
 _ENDS = {'', '\x03', '\x04'}
-"""What reads as the end of the keys: '' at the end of the input, Ctrl-C and Ctrl-D."""
+"""The readings that end the keys: '' at the end of the input, Ctrl-C and Ctrl-D."""
 
 
 def is_terminal(program: str) -> bool:

@@ -38,7 +38,7 @@ class TimerInfo:
         actual_call_time: int = 0,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
     ) -> None:
-        """Take both times in ns. Raises TypeError if `clock_type` is no ClockType, ValueError for negative
+        """Take both times in ns. Raises TypeError if `clock_type` is not a ClockType, ValueError for negative
         times.
         """
         if not isinstance(clock_type, ClockType):

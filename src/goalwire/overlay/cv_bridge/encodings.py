@@ -26,7 +26,7 @@ _YUV = {'yuv422': 'uyvy', 'uyvy': 'uyvy', 'yuv422_yuy2': 'yuyv', 'yuyv': 'yuyv'}
 _GENERIC = re.compile(r'(8U|8S|16U|16S|32S|32F|64F)(?:C([1-9][0-9]{0,2}))?')
 _MOST_CHANNELS = 512
 _CV4_CHANNELS = 8
-"""What one more channel adds to the number of a type in OpenCV 4. OpenCV 5 has another value."""
+"""The number that one more channel adds to a type's number in OpenCV 4; OpenCV 5 adds another one."""
 
 
 class ConversionError(RuntimeError):

@@ -38,5 +38,5 @@ def read_goal_id(given: bytes | UUID) -> GoalId:
     if len(given) != ID_LENGTH:
         raise ValueError(f'a goal id has {ID_LENGTH} bytes, got {len(given)}')
     if given == NO_ID:
-        raise ValueError('sixteen zeros are no goal id: in a cancel request they stand for all goals')
+        raise ValueError('sixteen zeros are not a goal id: in a cancel request they stand for all goals')
     return given

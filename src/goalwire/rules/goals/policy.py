@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 GoalT = TypeVar('GoalT')
 
 OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
-"""What a server does with the goals of a lost client. ROS 2's servers keep such goals."""
+"""A server's policy for the goals of a lost client. ROS 2's servers keep such goals."""
 
 ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
 

@@ -12,7 +12,7 @@ _NO_GOALS = bytes(4)
 
 @record
 class ServerSnapshot:
-    """What a client sees of an action's server at one moment."""
+    """A client's view of an action's servers at one moment."""
 
     servers: frozenset[str]
     """The gids of the action's servers. A server has another gid after a restart."""

@@ -152,7 +152,7 @@ class Wire(ABC):
     errors: tuple[type[Exception], ...]
     """The exceptions that these methods raise when they fail or the session is closed."""
     refusals: RefusalCounts | None = None
-    """What the session's policy has refused; None if it has no policy."""
+    """Counts of the acts that the session's policy has refused; None if it has no policy."""
     discovers_at_once = False
     """True if opening waits until the router has reported all it knows. eclipse-zenoh sometimes does not wait
     (1.10.2)."""

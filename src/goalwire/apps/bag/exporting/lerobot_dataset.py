@@ -31,7 +31,7 @@ class Target:
 
     folder: Path
     task: str = ''
-    """What the robot does; '' to take it from each bag's custom data, or else the folder's name."""
+    """The task of the robot; '' to take it from each bag's custom data, or else the folder's name."""
     robot_type: str | None = None
     has_videos: bool = True
     """False to keep the pictures as they are, and not as videos, which lose details."""

@@ -29,7 +29,7 @@ _TRIED = 20
 
 @record
 class Choice:
-    """What the user chose. A topic that is None is chosen by `Survey`."""
+    """The choices of the user. `Survey` chooses each topic that is None here."""
 
     state: str | None = None
     action: str | None = None

@@ -1,4 +1,4 @@
-"""What a browser has kept for the page: the theme, the layout and a draft. All is asked at once."""
+"""A page's data that the browser has kept: theme, layout and a draft. All are asked for at once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _QUESTION = f"""return [
 
 @record
 class Kept:
-    """What a browser has kept. Its texts come from the browser, so nobody has checked them yet."""
+    """The kept data of a browser. Its texts come from the browser, so nobody has checked them yet."""
 
     is_dark: bool = False
     """True if the user wants a dark page, by an earlier choice or the system's setting."""

@@ -96,12 +96,12 @@ class Page:
         self.session = session
         request = client.request
         self.rights = session.rights_of(request.scope.get('state', {}).get(PRINCIPAL) if request else None)
-        """What the visitor who has opened this page may do."""
+        """The rights of the visitor who has opened this page."""
         self.robot = ''
         """The namespace of the selected robot, which views show and STOP stops."""
         self.is_dark = False
         self.layout = Layout()
-        """What the visitor has arranged. A view begins with it, and writes its changes there."""
+        """The visitor's arrangement of the page. A view begins with it, and writes its changes there."""
         self.draft: Draft | None = None
         """The typed text that is not shown again yet."""
         self.plotted: dict[tuple[str, str], Series] = {}

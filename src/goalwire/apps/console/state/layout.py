@@ -1,4 +1,4 @@
-"""What a visitor has arranged on a page: the view, the 3D scene, the plots. It is kept as JSON.
+"""A visitor's arrangement of a page: the view, the 3D scene, the plots. It is kept as JSON.
 
 The text comes from a browser or from a file, so each value is checked. A layout chooses only what is shown;
 it sends nothing, and the rights of the visitor hold for all that it names.

@@ -1,4 +1,4 @@
-"""What the visitor of a page may do: the console's options must allow it, and then the policy."""
+"""The rights of a page's visitor: the console's options must allow it, and then the policy."""
 
 from __future__ import annotations
 

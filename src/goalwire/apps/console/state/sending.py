@@ -51,7 +51,7 @@ class Sent:
     problem: str = ''
     seconds: float = 0.0
     who: str = ''
-    """Who has sent it; '' if the console knows no names."""
+    """The name of the sender; '' if the console knows no names."""
 
 
 class Target:

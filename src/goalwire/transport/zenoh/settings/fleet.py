@@ -31,7 +31,7 @@ LEASE_MS = 10_000
 
 @record
 class Uplink:
-    """What a robot sends to its site."""
+    """The data that a robot sends to its site."""
 
     allow: tuple[str, ...] = ()
     """The names that may leave the robot, below its namespace; empty: all of them."""
