@@ -1,4 +1,4 @@
-"""What a peer wrote becomes one bounded line in errors and logs."""
+"""A peer's text becomes one bounded line in errors and logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A message in parts: it is copied once to where it goes, whole, and not if another thread changes it."""
+"""A message in parts: it is copied once, whole, to its place, and not at all if another thread changes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is counted and logged of things that break the rules, and of receivers that fail."""
+"""The counts and logs of things that break the rules, and of receivers that fail."""
 
 from __future__ import annotations
 

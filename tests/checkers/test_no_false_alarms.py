@@ -48,7 +48,7 @@ CHECKERS = {
 }
 OF_TYPES = ('mypy', 'pyrefly', 'pyright', 'ty')
 NOT_FOR_RUFF = {'common.py', 'notebook.py'}
-"""What takes names by a star, and shows values by naming them, is no style for ruff."""
+"""Programs in a style that ruff refuses: names are taken by a star, and values are shown by naming them."""
 NUMERIC = ('daqp', 'mujoco', 'numpy', 'scipy')
 """Packages with types that the checkers disagree about."""
 WRONG = 'wrong.py'

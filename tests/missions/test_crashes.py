@@ -101,7 +101,7 @@ def test_where_the_server_dies_too_a_goal_that_was_sent_asks(base: Base) -> None
             )
         assert set(robot.executed.values()) == {1}
         asked = [run.boundary for run in runs if run.asks]
-        # Not before the intent is written, and not after the end is: only where nobody can know.
+        # A run asks neither before the intent is written nor after the end is: only while nobody can know.
         kinds = ('after write, intent of', 'before send', 'after send', 'before write, ended of')
         assert all(boundary.startswith(kinds) for boundary in asked)
         assert len(asked) == 2 * len(kinds)

@@ -1,4 +1,4 @@
-"""What all companions of rclpy have in common."""
+"""The behaviour that all companions of rclpy have in common."""
 
 from __future__ import annotations
 

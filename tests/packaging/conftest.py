@@ -21,7 +21,7 @@ def new_environment(tmp_path: Path) -> Callable[[], Environment]:
 
 @pytest.fixture(scope='session')
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What a build starts from: the committed files that it needs, and nothing that a build has written."""
+    """A folder with the committed files that a build needs, and nothing that a build has written."""
     folder = tmp_path_factory.mktemp('checkout')
     for name in ('.gitignore', 'CHANGELOG.md', 'LICENSE', 'README.md', 'hatch_build.py', 'pyproject.toml'):
         shutil.copy(ROOT / name, folder)
@@ -41,7 +41,7 @@ def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope='session')
 def editable_wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What `pip install -e .` makes of this checkout and installs."""
+    """The wheel that `pip install -e .` makes of this checkout and installs."""
     return build('editable', checkout, tmp_path_factory.mktemp('dist'))
 
 

@@ -1,4 +1,4 @@
-"""What is published: the same bits from the same files, a README that stands alone, an SBOM, papers."""
+"""The published package: the same bits from the same files, a README that stands alone, an SBOM, papers."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def away(tmp_path: Path) -> Path:
 
 
 def ros2(installed: Path, away: Path, *arguments: str) -> str:
-    """What the command prints on both streams; it must succeed."""
+    """Run the command, which must succeed; return what it prints on both streams."""
     done = subprocess.run(
         [Environment(installed / 'venv').python, '-m', 'goalwire', *arguments],
         cwd=away, env=clean_environment(XDG_CACHE_HOME=str(away / 'cache')), text=True,

@@ -1,4 +1,4 @@
-"""What `pip install goalwire` and `pip install -e .` give, in environments of their own."""
+"""The results of `pip install goalwire` and `pip install -e .`, in environments of their own."""
 
 from __future__ import annotations
 

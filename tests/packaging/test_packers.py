@@ -116,7 +116,7 @@ def target(
     wheel: Path,
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Path:
-    """What `pip install --target` makes, once."""
+    """The folder that `pip install --target` makes; it is made once."""
 
     def install(folder: Path) -> None:
         run(tmp_path, world, bin_of_tools / 'python', '-m', 'pip', 'install', '-q', '--target', folder, wheel)

@@ -62,7 +62,7 @@ def test_children_forked_while_sockets_are_opened_have_none(start: Start) -> Non
 
 @pytest.mark.parametrize('session', WIRES)
 def test_init_in_a_child_opens_a_context_of_its_own_or_says_why_not(session: str) -> None:
-    """What eclipse-zenoh and libddsc have started cannot be started again in a child."""
+    """Neither eclipse-zenoh nor libddsc can start again in a child what it has started before."""
     can = session == 'zenoh' or (session == 'dds' and choose_session() == NATIVE)
     arguments = () if can else ('refused',)
     with programs_in(world_on(session), PROGRAMS) as start:

@@ -1,4 +1,4 @@
-"""kill -9 of an action client: its server learns of it and, where it is told to, ends its goals."""
+"""kill -9 of an action client: its server learns of it and, if it is told to, ends the client's goals."""
 
 from __future__ import annotations
 

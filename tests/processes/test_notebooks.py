@@ -1,4 +1,4 @@
-"""What the button Interrupt of Jupyter does to ROS: it ends a cell, and nothing else."""
+"""The effect of Jupyter's button Interrupt on ROS: it ends a cell, and nothing else."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_second_init_says_to_shut_down_first_and_then_works(notebook: Notebook
 
 
 def test_handlers_that_a_cell_asks_for_are_installed(notebook: Notebook) -> None:
-    """Whoever names signals gets them: then an interrupt ends the context, as in a program."""
+    """A cell that names signals gets their handlers: an interrupt then ends the context, as in a program."""
     asked = START.replace(
         'rclpy.init()', 'rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.ALL)'
     )

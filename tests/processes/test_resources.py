@@ -1,4 +1,4 @@
-"""What a process holds stays the same however many nodes and messages have come and gone."""
+"""A process holds the same resources however many nodes and messages have come and gone."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ pytestmark = [
 ]
 
 STREAM_KIB = 1000
-"""What a stream may leave: a byte kept of each of a million messages would be seen."""
+"""The growth in KiB that a stream may leave: a byte kept of each of a million messages would be seen."""
 CALL_KIB = 1
-"""What Zenoh keeps of each call for as long as that might take; a stream has one for 500 messages."""
+"""KiB that Zenoh keeps of each call for as long as it might take; a stream has one call for 500 messages."""
 SPARE_THREADS = 4
 """eclipse-zenoh's runtime starts one when all of its others are blocked, and ends it
 some seconds after. Two were seen on a busy one. A thread of every thousandth message would be a hundred."""
 GROWTH_KIB = 3
-"""What a node with its entities may leave: allocators keep a little, and more than this would be seen."""
+"""The growth in KiB that a node and its entities may leave: allocators keep a little; more would be seen."""
 
 
 class Held(NamedTuple):
-    """What a process holds; memory in KiB."""
+    """The resources that a process holds; memory in KiB."""
 
     descriptors: int
     threads: int

@@ -1,4 +1,4 @@
-"""What a program prints that ends by an exception nobody caught: its own frames, and at Ctrl-C nothing."""
+"""The output of a program that ends by an exception nobody caught: its own frames, and at Ctrl-C nothing."""
 
 from __future__ import annotations
 

@@ -209,7 +209,7 @@ def leave_messages_unfinished(port: int) -> None:
 
 
 def open_bad_links(port: int) -> None:
-    """Connect, say something that is no handshake, and connect again."""
+    """Connect, say something that is not a handshake, and connect again."""
     for number in range(100):
         with socket.create_connection(('127.0.0.1', port), timeout=30) as sock:
             sock.sendall(b'\x02\0\x7f' + bytes((number,)))
@@ -245,12 +245,12 @@ ATTACKS: dict[str, Round] = {
 
 
 def do_nothing(_port: int) -> None:
-    """What the attacks are compared with."""
+    """Wait for a second; the attacks are compared with this."""
     threading.Event().wait(1.0)
 
 
 class Use(NamedTuple):
-    """What the target's process has."""
+    """The resources of the target's process."""
 
     memory: float
     """MiB."""
@@ -267,7 +267,7 @@ def use_of(pid: int) -> Use:
 
 
 class Figures(NamedTuple):
-    """What one attack cost."""
+    """The cost of one attack."""
 
     before: Use
     most: Use

@@ -1,6 +1,6 @@
-"""Item 18: each call into the transport made to fail in turn, under a small scenario of either front.
+"""Item 18: each call into the transport is made to fail in turn, under a small scenario of either front.
 
-What comes out is a typed error or nothing, in time; threads, files and sessions are as before.
+The outcome is a typed error or nothing, in time; threads, files and sessions are as before.
 """
 
 from __future__ import annotations

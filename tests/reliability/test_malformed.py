@@ -1,4 +1,4 @@
-"""Item 13: bytes that are no message, from a peer or changed on the way: rejected, and that is all."""
+"""Item 13: bytes that are not a message, from a peer or changed on the way, are rejected, and that is all."""
 
 from __future__ import annotations
 

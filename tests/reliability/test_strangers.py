@@ -14,7 +14,7 @@ from helpers.patience import wait_for
 from .attacks import ATTACKS, World, attacked_world
 
 MEMORY_MIB = {'unfinished messages in 16 channels, 200 MB': 400.0}
-"""How much more memory the target may have during an attack, where it is not the usual."""
+"""The memory that the target may gain during an attack, if it is not USUAL_MIB."""
 USUAL_MIB = 150.0
 LEFT_MIB = 120.0
 """How much of it may be left afterwards, for the allocator does not give all back."""
@@ -26,7 +26,7 @@ TOLD = {
     'keys with as many wildcards as are allowed': 'has 256 with wildcards',
     "messages in the other client's name": 'a forged message was ignored',
 }
-"""What the target has logged by the end of an attack. So the attack has got to what it is about."""
+"""The text that the target has logged by the end of an attack. It shows that the attack did its work."""
 P99_MS = 3000.0
 """On a machine with a load of ten; else it is below half a second."""
 

@@ -1,4 +1,4 @@
-"""What a writer writes, a reader reads: every storage, splits, times, topics, and bags that nobody closed."""
+"""A reader reads what a writer writes: every storage, splits, times, topics, and bags that nobody closed."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ GRAPH = """
 61 transition_failure errorprocessing finalized
 62 transition_error errorprocessing finalized
 """
-"""What ROS 2 Jazzy's get_transition_graph answers, in its order."""
+"""The answer of ROS 2 Jazzy's get_transition_graph, in its order."""
 
 IDS = {
     'unknown': 0,

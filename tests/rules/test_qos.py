@@ -1,4 +1,4 @@
-"""What a QoS profile says, and which one goes together with others."""
+"""The policies of a QoS profile, and the profile that goes together with others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The text that tells a client why there is no answer, and what it makes of it."""
+"""The text that tells a client why there is no answer, and the error that the client makes of it."""
 
 from __future__ import annotations
 

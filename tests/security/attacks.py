@@ -208,7 +208,7 @@ STRANGE = [
     *((who, way) for way in (*WAYS, AS_ROUTER) for who in (*STRANGERS, WITHOUT_TLS, ANOTHERS_ID)),
     (NO_ROUTER, AS_ROUTER),
 ]
-"""Who tries it on which way, though it may do nothing there."""
+"""Pairs of a stranger and a way on which it tries, though it may do nothing there."""
 
 
 def _slips_in(verb: Verb, attacker: Side, robot: Robot, honest: Side) -> bool:

@@ -223,7 +223,7 @@ def _gets_a_link(site: Site, files: TlsFiles) -> bool:
 
 
 def test_nothing_is_kept_by_which_a_session_of_tls_could_be_resumed(site: Site) -> None:
-    """Whoever resumes shows no certificate again: one that has been revoked since would go unnoticed."""
+    """A resumed session shows no certificate again: one that was revoked since would go unnoticed."""
     context = _context(files_of(site.keystore, 'mallory'))
     with context.wrap_socket(_connect(site)) as first:
         first.sendall(b'\5\0nothing that Zenoh knows')

@@ -1,4 +1,4 @@
-"""What a policy allows, also compared with a model that was written independently of it."""
+"""The permissions of a policy, also compared with a model that was written independently of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot with a policy tells: refusals on /diagnostics, and in its audit log also each move."""
+"""The reports of a robot with a policy: refusals on /diagnostics, and in its audit log also each move."""
 
 from __future__ import annotations
 

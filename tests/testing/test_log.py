@@ -1,4 +1,4 @@
-"""What was seen, as a list that can be waited for."""
+"""A log is a list of the things that were seen, which can be waited for."""
 
 from __future__ import annotations
 

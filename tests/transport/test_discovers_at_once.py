@@ -1,4 +1,4 @@
-"""What a session promises of its first look at the graph: tools wait for no longer than they must."""
+"""A session's promise about its first look at the graph: tools wait for no longer than they must."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serves the action `job` with a journal, notes executions in a file, and kills itself where it is told to.
+"""Serves the action `job` with a journal, notes executions in a file, and kills itself at BOUNDARY, if given.
 
 `dying_server.py JOURNAL EXECUTIONS asyncio|rclpy [BOUNDARY]`
 """

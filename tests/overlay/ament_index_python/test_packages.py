@@ -110,7 +110,7 @@ def test_a_prefix_without_definition_files_comes_first_too(
 
 
 def executables(package: str) -> list[Path]:
-    """What `ros2 run` and `ros2 pkg executables` find: all that can be run below <prefix>/lib/<package>."""
+    """List the programs below <prefix>/lib/<package>, as `ros2 run` and `ros2 pkg executables` find them."""
     files = Path(ament.get_package_prefix(package), 'lib', package).rglob('*')
     return sorted(file for file in files if os.access(file, os.X_OK))
 

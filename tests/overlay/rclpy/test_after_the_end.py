@@ -96,7 +96,7 @@ class Program:
         assert self.goal is not None
 
     def attempts(self) -> dict[str, Callable[[], object]]:
-        """What commands a robot, or asks it something."""
+        """Return functions by name; each commands a robot, or asks it something."""
         goal, request, message = Fibonacci.Goal(order=1), Trigger.Request(), String(data='late')
         assert self.goal is not None
         return {

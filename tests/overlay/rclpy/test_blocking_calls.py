@@ -100,7 +100,7 @@ def get_result(asker: Asker) -> str:
 
 
 def spin_until_future_complete(asker: Asker) -> str:
-    """What programs do where rclpy's `call` would hang."""
+    """Spin for the answer, as programs do in places where rclpy's `call` would hang."""
     executor = asker.node.executor
     assert executor is not None
     future = asker.client.call_async(Trigger.Request())

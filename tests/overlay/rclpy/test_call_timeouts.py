@@ -87,7 +87,7 @@ def impatient(hanging: Hanging, make_node: MakeNode) -> TriggerClient:
 
 
 def calls_of(client: TriggerClient) -> list[object]:
-    """What a client holds of calls."""
+    """Return the calls that a client holds."""
     return [*client.timed, *client.pending]
 
 

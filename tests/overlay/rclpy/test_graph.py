@@ -1,4 +1,4 @@
-"""What nodes see of the graph."""
+"""The graph as nodes see it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What programs reach through rclpy's C extension is what the public modules have."""
+"""rclpy's C extension gives programs the things that the public modules have."""
 
 import rclpy
 from rclpy.context import Context

@@ -1,4 +1,4 @@
-"""What goalwire adds to rclpy's actions: policies, clients that go, why a goal failed, cancelling many."""
+"""goalwire's additions to rclpy's actions: policies, clients that go, why a goal failed, cancelling many."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a beginner gets wrong is told where it is done, with what to do."""
+"""A beginner's mistake is reported at the place where it is made, with what to do."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ THE_FUNCTION_ITSELF = 'give the function itself'
 
 @pytest.fixture
 def transport_name() -> str:
-    """The same before any wire."""
+    """The memory transport alone: these tests are the same on every wire."""
     return 'goalwire_memory'
 
 

@@ -50,7 +50,7 @@ remove_on_set_parameters_callback remove_post_set_parameters_callback remove_pre
 remove_waitable resolve_service_name resolve_topic_name services set_descriptor set_parameters
 set_parameters_atomically subscriptions timers undeclare_parameter wait_for_node waitables
 """
-"""What rclpy's Node offers."""
+"""The public names of rclpy's Node."""
 
 
 def nothing(*_: object) -> Any: ...
@@ -484,7 +484,7 @@ def test_a_node_that_cannot_be_made_is_not_in_the_graph(make_node: MakeNode, con
 def test_a_program_s_own_names_do_not_meet_those_of_its_node(
     context: Context, node_class: type[BaseNode]
 ) -> None:
-    """What programs derive from Node, they fill with names of their own: ours are rclpy's, or _ros_…."""
+    """Programs' subclasses of Node add names of their own, so ours are rclpy's or begin with _ros_."""
     rclpy_s_own = {
         '_clients', '_clock', '_context', '_default_callback_group', '_guards', '_logger', '_parameters',
         '_publishers', '_services', '_subscriptions', '_time_source', '_timers', '_type_description_service',

@@ -213,7 +213,7 @@ def test_a_node_may_ask_another_from_within_a_callback(asker: Node, client: Asyn
 
 
 class Events:
-    """What a listener hears on /parameter_events of one node, each as (new, changed, deleted) names."""
+    """The events of one node, heard on /parameter_events, each as (new, changed, deleted) names."""
 
     def __init__(self, context: Context, listener: Node, owner: Node) -> None:
         self.collected: Collector[ParameterEvent] = Collector()

@@ -37,7 +37,7 @@ from goalwire.execution.wait_sets.waitable import watch
 
 @pytest.fixture
 def transport_name() -> str:
-    """The same before any wire."""
+    """The memory transport alone: these tests are the same on every wire."""
     return 'goalwire_memory'
 
 

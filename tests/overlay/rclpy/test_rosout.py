@@ -34,7 +34,7 @@ def fresh_levels() -> Iterator[None]:
 
 @pytest.fixture
 def rosout(context: Context, make_node: MakeNode, spin: Spin) -> Collector[Log]:
-    """What arrives on /rosout; the listener itself keeps silent."""
+    """The messages that arrive on /rosout; the listener itself keeps silent."""
     node, came = make_node(LISTENER, enable_rosout=False), Collector[Log]()
     node.create_subscription(Log, '/rosout', came, HISTORY)
     spin(node)

@@ -1,4 +1,4 @@
-"""What rclpy's entities count, beside what rclpy knows."""
+"""The counts that rclpy's entities keep here, in addition to what rclpy knows."""
 
 from __future__ import annotations
 

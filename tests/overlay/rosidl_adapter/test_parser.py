@@ -1,6 +1,6 @@
 """rosidl_adapter.parser, as ros2 interface, rosapi and rosbridge use it.
 
-What it gives was compared, text by text, with the rosidl_adapter of Jazzy that PyPI carries.
+Its output was compared, text by text, with that of the rosidl_adapter of Jazzy that PyPI carries.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is executed inherits no descriptor and no variable of the session's."""
+"""An executed program inherits no descriptor and no variable of the session."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several programs of this folder do: fork, wait for a child for a bounded time, say what was seen."""
+"""Steps that programs of this folder share: fork, wait for a child for a bounded time, say what was seen."""
 
 from __future__ import annotations
 

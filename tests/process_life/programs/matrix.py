@@ -37,7 +37,7 @@ ended_in_child: list[str] = []
 """Not empty in a forked child that ends by returning: then everything returns."""
 failures: list[str] = []
 files: dict[int, bytes] = {}
-"""What is in the files that the children of a fork inherit, by descriptor."""
+"""The contents of the files that the children of a fork inherit, by descriptor."""
 
 
 def wait_readable(descriptor: int) -> bool:

@@ -1,6 +1,6 @@
 """Serves goals that never end by themselves, and says when each begins and ends.
 
-What it does when clients go is its argument. A goal of order 1 is accepted when a line comes from stdin.
+Its argument says what it does when clients go. A goal of order 1 is accepted when a line comes from stdin.
 """
 
 import asyncio

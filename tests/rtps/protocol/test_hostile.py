@@ -29,7 +29,7 @@ INTERESTING = (0, 1, 2, 3, 4, 7, 8, 0x7F, 0x80, 0xFE, 0xFF)
 
 @pytest.fixture(autouse=True)
 def listeners_that_raise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is called outside the lock fails the test, too."""
+    """Listeners are called outside the lock; one that raises fails the test, too."""
 
     def fail(where: str, error: Exception) -> None:
         raise error

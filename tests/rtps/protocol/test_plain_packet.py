@@ -1,4 +1,4 @@
-"""What is read of a plain packet in one go is what is read submessage by submessage."""
+"""A plain packet that is read in one go gives the same as one read submessage by submessage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What others can take from a participant, each with its bound, and who is sent nothing."""
+"""The bounds of what others can take from a participant, and the addresses that are sent nothing."""
 
 from __future__ import annotations
 

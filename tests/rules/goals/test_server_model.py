@@ -144,7 +144,7 @@ class ServerMachine(RuleBasedStateMachine):
         if reply.code is not CancelCode.NONE:
             assert reply.goals == ()
         for goal_id, _ in reply.goals:
-            # What a reply promises, an array has told before.
+            # A status array has told before what this reply promises.
             assert self.published[goal_id] >= GoalStatus.CANCELING
 
     def publish(self) -> None:
@@ -223,7 +223,7 @@ class ServerMachine(RuleBasedStateMachine):
             self.wait_for_turn(goal_id)
 
     def wait_for_turn(self, goal_id: bytes) -> None:
-        """Every place is taken: a goal that may be executed waits, or ends where it is being cancelled."""
+        """Every place is taken: a goal that may be executed waits, or ends if it is being cancelled."""
         before = self.server.status(goal_id)
         try:
             effects = self.server.on_execute(goal_id, self.now)

@@ -1,6 +1,6 @@
 """Two clients and a server, and a wire that delivers in any order, under whatever Hypothesis finds.
 
-What a client is told must be what the server did: every request that arrives is answered once, everybody who
+A client must be told what the server did: every request that arrives is answered once, everybody who
 waits for a result is told once, a goal only moves along the table, and its end is one that the server
 gave it. In the end no table holds anything but the latest few goals.
 """
@@ -91,7 +91,7 @@ class World(RuleBasedStateMachine):
         self.server: GoalServer[Request, bytes] = GoalServer(3, policy, 'abort')
         self.clients = [Client(), Client()]
         self.wire: list[Callable[[], None]] = []
-        """What is under way; delivered in any order."""
+        """The messages under way, which are delivered in any order."""
         self.open: set[Request] = set()
         """Requests that the server has, and has not answered."""
         self.numbers = count()
@@ -278,7 +278,7 @@ class World(RuleBasedStateMachine):
         assert at_once is None or self.server.statistics().running <= at_once
 
     def teardown(self) -> None:
-        """The server goes away while messages are under way; what it has not got fails."""
+        """The server goes away while messages are under way; requests that it has not received yet fail."""
         self.serve(self.server.on_close())
         assert not self.open
         while self.wire:

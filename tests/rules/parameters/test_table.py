@@ -1,4 +1,4 @@
-"""What a node's table of parameters keeps, and what it says has changed."""
+"""A node's table of parameters: the values that it keeps, and the changes that it tells."""
 
 from __future__ import annotations
 

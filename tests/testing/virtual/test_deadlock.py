@@ -1,4 +1,4 @@
-"""What is said where nothing can ever happen again."""
+"""The error that is raised if nothing can ever happen again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What programs of rclpy wait with, in virtual time."""
+"""The means by which programs of rclpy wait, in virtual time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whose turn it is, and how far time jumps, without any stand-in."""
+"""The scheduler without any stand-in: whose turn it is, and how far time jumps."""
 
 from __future__ import annotations
 

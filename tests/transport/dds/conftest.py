@@ -1,4 +1,4 @@
-"""What a real ROS 2 Jazzy sent over Cyclone DDS."""
+"""The messages that a real ROS 2 Jazzy sent over Cyclone DDS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who wants to know of one endpoint."""
+"""Callers that want to know the node of one endpoint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes before requests and replies, and what refuses one."""
+"""The header before requests and replies, and the reply that refuses a request."""
 
 from __future__ import annotations
 

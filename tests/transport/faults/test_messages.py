@@ -28,7 +28,7 @@ def contents(samples: Collector[Sample]) -> list[int]:
 
 
 def publish(sides: Sides, numbers: range, name: str = '/chatter') -> Collector[Sample]:
-    """Publish numbers from alpha to beta; return where they arrive."""
+    """Publish numbers from alpha to beta; return the collector in which they arrive."""
     samples: Collector[Sample] = Collector()
     sides[1].subscription(name, samples)
     publisher = sides[0].publisher(name)

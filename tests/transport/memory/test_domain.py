@@ -122,7 +122,7 @@ def test_each_listener_hears_of_things_before_their_end_however_many_threads_dec
 
 
 def test_a_child_process_starts_with_an_empty_domain() -> None:
-    # What a fork does to the table, without the fork: the contract suite has the real one.
+    # This resets the table as a fork does, but without a fork: the contract suite has the real one.
     session = registry.get('goalwire_memory').open(SessionOptions(3))
     try:
         before = DOMAINS._things

@@ -1,4 +1,4 @@
-"""What the memory transport promises of topics and services beyond the contract."""
+"""The promises of the memory transport about topics and services, beyond the contract."""
 
 from __future__ import annotations
 

@@ -20,9 +20,9 @@ from goalwire.transport.zenoh.settings.environment import CHOICE, ECLIPSE, NATIV
 OpenSide: TypeAlias = Callable[[str], Side]
 
 on_both = pytest.mark.parametrize('world', [NATIVE, ECLIPSE], indirect=True)
-"""What is run with sessions of either make: those chosen least are kept right by it."""
+"""Mark of tests that run with sessions of either make, which keeps those right that are chosen least."""
 on_eclipse = pytest.mark.parametrize('world', [ECLIPSE], indirect=True)
-"""What is about eclipse-zenoh's sessions alone."""
+"""Mark of tests that are about eclipse-zenoh's sessions alone."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What travels beside a message, and what is read from the wire."""
+"""The attachment that travels beside a message, and the sample that is read from the wire."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ OLDER = b'\x0fsequence_number%b\x10source_timestamp%b\x0asource_gid\x10%b'
 
 
 class Came(NamedTuple):
-    """What sample_of looks at."""
+    """A message with the fields that sample_of looks at."""
 
     attachment: bytes | None
     payload: bytes | None

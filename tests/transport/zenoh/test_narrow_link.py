@@ -13,7 +13,7 @@ from goalwire.transport.contract import EndpointKind
 from .conftest import OpenSide
 
 NUMBER = 700
-"""What declares so many is more than Zenoh's own queue and the sockets hold."""
+"""The number of endpoints. Their declarations are more than Zenoh's own queue and the sockets hold."""
 
 SMALL = '#so_sndbuf=8192\\u003bso_rcvbuf=8192'
 """The ';' within an endpoint would end the setting."""

@@ -60,7 +60,7 @@ def port(world: dict[str, str]) -> int:
 
 @pytest.fixture
 def plain_router(port: int) -> Iterator[zenoh.Session]:
-    """What rmw_zenohd is: a zenoh router on the port."""
+    """A zenoh router on the port, which is what rmw_zenohd is."""
     settings = {
         'mode': 'router',
         'listen': {'endpoints': [f'tcp/127.0.0.1:{port}']},
@@ -263,7 +263,7 @@ def test_opening_costs_no_half_second_where_no_router_answers(
 
 @pytest.fixture
 def stranger(request: pytest.FixtureRequest, port: int) -> Iterator[None]:
-    """A program on the port that is no router: it says nothing, hangs up, or speaks HTTP."""
+    """A program on the port that is not a router: it says nothing, hangs up, or speaks HTTP."""
     with Program(STRANGER, str(port), request.param) as program:
         program.expect('ready')
         yield

@@ -236,7 +236,7 @@ def test_what_is_tried_ends_as_the_policy_says(
     others: bool,
 ) -> None:
     """Allowed if the policy grants this verb alone, refused if it grants all the others."""
-    # Whoever may send goals sees them through, so SEND includes what WATCH allows.
+    # A client that may send goals sees them through, so SEND includes what WATCH allows.
     granted = [each for each in Verb if each is not verb and {each, verb} != {Verb.SEND, Verb.WATCH}]
     target = victim(_policy(*granted) if others else _policy(verb))
     says = load_policy(keystore.policy_path).decide('mallory', verb, '/secret').is_allowed

@@ -1,6 +1,7 @@
-"""What several threads publish at once, judged by zenoh's advanced subscriber, as each of rmw_zenoh's is.
+"""Messages that several threads publish at once, as zenoh's advanced subscriber judges them.
 
-It drops a message whose stamp is not newer than the last that came from that session on that key.
+Each subscriber of rmw_zenoh is an advanced one. It drops a message whose stamp is not newer than the last
+that came from that session on that key.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ def await_subscriber(session: zenoh.Session, key: str) -> None:
 
 @pytest.fixture
 def samples(goalwire_side: Side, peer: zenoh.Session, key: str) -> Collector[Sample]:
-    """What a subscription gets that the peer has seen already."""
+    """The samples that a subscription gets; the peer has seen the subscription already."""
     came: Collector[Sample] = Collector()
     goalwire_side.subscription('/map', came, LASTING)
     await_subscriber(peer, key)

@@ -1,4 +1,4 @@
-"""What zenoh's threads must never do: wait for themselves, or for the GIL while it is held for them."""
+"""Zenoh's threads must never wait for themselves, or for the GIL while it is held for them."""
 
 from __future__ import annotations
 

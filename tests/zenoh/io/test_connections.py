@@ -1,4 +1,4 @@
-"""What may happen to a connection: strangers, silence, floods, deaths; and what stays behind."""
+"""Accidents of a connection: strangers, silence, floods, deaths; and what stays behind."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ B_SAYS = [batch for batch in conversation() if batch.sender == 'B']
 
 @pytest.fixture
 def warnings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What sessions warn of."""
+    """The warnings of sessions."""
     told: list[str] = []
     monkeypatch.setattr(fault_log.FaultLog, 'warn', lambda _, text: told.append(text))
     return told
@@ -187,7 +187,7 @@ def test_one_that_does_not_read_makes_others_lose_nothing(listener: Ours) -> Non
 
 
 def test_a_reader_that_is_interrupted_by_a_signal_loses_no_byte(listener: Ours) -> None:
-    """What a signal's handler raises, in the midst of a batch, loses that batch alone."""
+    """An exception of a signal's handler, in the midst of a batch, loses that batch alone."""
     other = Ours('peer', connect=(listener.protocol.gossip.locators[0],))
     heard = listener.subscribe('a')
     watch = other.watch('up')
@@ -468,7 +468,7 @@ def test_the_first_query_after_a_long_stop_goes_over_a_new_link() -> None:
 
 @pytest.fixture
 def failures(monkeypatch: pytest.MonkeyPatch) -> list[Exception]:
-    """What handlers of the poller have raised."""
+    """The exceptions that handlers of the poller have raised."""
     raised: list[Exception] = []
     monkeypatch.setattr(poller, 'report_failure', lambda _, error: raised.append(error))
     return raised
@@ -477,7 +477,7 @@ def failures(monkeypatch: pytest.MonkeyPatch) -> list[Exception]:
 def test_a_session_that_is_closed_while_a_handshake_ends_raises_nothing(
     listener: Ours, failures: list[Exception], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What waits for the link wakes up and closes the session, before the link has told the session all."""
+    """A thread that waits for the link wakes up and closes the session before the link has told it all."""
     side = Ours('peer', listen=(address(),))
     session = side.session
     closer = threading.Thread(target=side.close)
@@ -763,7 +763,7 @@ def test_a_client_that_asks_and_reads_nothing_does_not_hold_up_its_server(
 
 
 REST_OF_REQUEST = bytes.fromhex('00 01 6b 21 0d 03')
-"""What stands behind the number of a REQUEST for the key k, whose answers are not to be dropped."""
+"""The bytes behind the number of a REQUEST for the key k, whose answers are not to be dropped."""
 
 
 def test_pieces_of_a_link_that_ends_are_let_go(listener: Ours) -> None:

@@ -21,7 +21,7 @@ MAKES = pytest.mark.parametrize('makes', PAIRS, ids=lambda pair: f'{pair[0].make
 
 @pytest.fixture
 def sides() -> Iterator[list[Side]]:
-    """What is closed after the test, the last first."""
+    """The sides, which are closed after the test, the last first."""
     opened: list[Side] = []
     yield opened
     for side in reversed(opened):

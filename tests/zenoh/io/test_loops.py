@@ -24,7 +24,7 @@ RunLoop = Callable[[Coroutine[Any, Any, None]], None]
 
 @pytest.fixture(params=LOOPS)
 def run(request: pytest.FixtureRequest) -> RunLoop:
-    """What runs a coroutine, on either loop."""
+    """A function that runs a coroutine, on either loop."""
     return lambda coroutine: run_in(coroutine, request.param)
 
 

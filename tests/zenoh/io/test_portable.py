@@ -38,7 +38,7 @@ SYSTEMS = {
 
 @pytest.fixture(params=list(SYSTEMS))
 def selector(request: pytest.FixtureRequest) -> str:
-    """What programs on such a system wait with."""
+    """The selector that programs on such a system wait with."""
     name: str = request.param
     return name
 

@@ -15,7 +15,7 @@ TIMES = 150
 
 
 class RaisedError(BaseException):
-    """What the handler raises; as KeyboardInterrupt, it is no exception of a callback."""
+    """The exception that the handler raises; like KeyboardInterrupt, it is not an exception of a callback."""
 
 
 @pytest.fixture

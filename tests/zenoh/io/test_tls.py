@@ -81,7 +81,7 @@ def strangers(tmp_path_factory: pytest.TempPathFactory) -> TlsFiles:
 
 @pytest.fixture
 def warnings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What sessions warn of."""
+    """The warnings of sessions."""
     told: list[str] = []
     monkeypatch.setattr(fault_log.FaultLog, 'warn', lambda _, text: told.append(text))
     return told

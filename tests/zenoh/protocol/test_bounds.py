@@ -1,4 +1,4 @@
-"""What a peer can make a session keep and compare has bounds; what is beyond them is counted and ignored."""
+"""A session keeps and compares for a peer only what is within bounds; it counts and ignores the rest."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def test_where_the_socket_is_full_messages_share_frames() -> None:
     flood.wire.writes = 0
     assert flood.link.outgoing.flush()
     assert flood.wire.writes == 1
-    first = 2 + int.from_bytes(flood.wire.data[:2], 'little')  # it was put where nothing waited yet
+    first = 2 + int.from_bytes(flood.wire.data[:2], 'little')  # it was put when nothing waited yet
     second = int.from_bytes(flood.wire.data[first : first + 2], 'little')
     assert second > 60_000
     assert flood.numbers() == list(range(1000))

@@ -84,7 +84,7 @@ def put_behind_what_waits(linked: Linked) -> Callable[[], object]:
 
 
 def flush(linked: Linked) -> Callable[[], object]:
-    """What waited goes out, a few bytes at a time."""
+    """Messages that waited go out, a few bytes at a time."""
     publication = Publication(linked.one, 'a')
     wire = linked.cable.wires[0]
     wire.room = 0
@@ -130,7 +130,7 @@ def take_back_a_key(linked: Linked) -> Callable[[], object]:
 
 
 def take_a_declaration(linked: Linked) -> Callable[[], object]:
-    """What the other side declares comes."""
+    """A declaration of the other side arrives."""
     linked.other.declare_subscriber('b', lambda _: None)
     return linked.cable.carry
 
@@ -197,7 +197,7 @@ def test_nothing_is_lost_wherever_a_handler_comes(prepare: Callable[[Linked], Ca
 
 
 class RaisedError(Exception):
-    """What a signal's handler raises."""
+    """The exception that a signal's handler raises."""
 
 
 def raises() -> None:
@@ -208,7 +208,7 @@ def raises() -> None:
 def test_a_handler_that_raises_leaves_the_link_whole_wherever_it_comes(
     prepare: Callable[[Linked], Callable[[], object]],
 ) -> None:
-    """What it interrupts may be lost; no message arrives in part or twice, and those after it arrive."""
+    """An interrupted message may be lost; no message arrives in part or twice, and those after it arrive."""
     linked, action = prepared(prepare)
     action()
     linked.settle()

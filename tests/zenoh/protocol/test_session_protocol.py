@@ -1,4 +1,4 @@
-"""Who gets what: declarations, routes, queries, tokens, gossip."""
+"""The session protocol decides who gets what: declarations, routes, queries, tokens, gossip."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from goalwire.zenoh.protocol.queries import TIMEOUT
 
 
 class Heard:
-    """What a subscriber or a watcher was told."""
+    """The samples that a subscriber or a watcher was told."""
 
     def __init__(self) -> None:
         self.samples: list[Sample] = []

@@ -1,4 +1,4 @@
-"""What a managed node shows of itself, and how it is driven, through its services and its event topic."""
+"""The services and the event topic by which a managed node shows itself and is driven."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What DDS is configured with: ROS 2's variables, peers and CYCLONEDDS_URI."""
+"""The settings that DDS is configured with: ROS 2's variables, peers and CYCLONEDDS_URI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where libddsc is looked for, and what is said where there is none that fits."""
+"""The places where libddsc is looked for, and the error if there is none that fits."""
 
 from __future__ import annotations
 

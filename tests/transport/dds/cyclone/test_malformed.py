@@ -1,5 +1,6 @@
-"""Bytes that are no message, on the wire from a raw writer of another process: rejected, counted, never a
-default message, never read past their end.
+"""Bytes that are not a message, put on the wire by a raw writer of another process, are rejected and counted.
+
+They never become a default message, and are never read past their end.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from goalwire.transport.contract import EndpointKind, Request
 
 
 def test_an_answer_that_came_before_its_server_went_is_taken_first(sides_apart: tuple[Side, Side]) -> None:
-    """As where a program is busy in a callback while it comes: the thread that waits on the wire is held."""
+    """The program is busy in a callback when the answer comes: the thread that waits on the wire is held."""
     alpha, beta = sides_apart
     asked: Collector[Request] = Collector()
     server = beta.service('/add', asked)

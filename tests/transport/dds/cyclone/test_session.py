@@ -1,4 +1,4 @@
-"""What DDS alone has: peers that are no ROS 2, malformed messages, events, the end of a reply's client."""
+"""Cases of DDS alone: peers without ROS 2, malformed messages, events, the end of a reply's client."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who waits for messages: an idle thread where there is one, else the session's own."""
+"""The thread that waits for messages: an idle one if there is one, else the session's own."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def warnings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What has been warned of."""
+    """The warnings that have been given."""
     told: list[str] = []
     monkeypatch.setattr(session, '_warn', told.append)
     return told

@@ -1,4 +1,4 @@
-"""What the environment asks of a session."""
+"""The settings of a session that come from the environment."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from goalwire.zenoh.io.settings import MemorySettings
 
 @pytest.fixture
 def sides() -> Iterator[list[Side]]:
-    """What is closed after the test, the last first; it leaves no segment behind."""
+    """The sides, which are closed after the test, the last first; closing leaves no segment behind."""
     opened: list[Side] = []
     yield opened
     for side in reversed(opened):

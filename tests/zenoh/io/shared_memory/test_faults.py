@@ -1,4 +1,4 @@
-"""Whatever happens to one side, the other goes on, loses nothing, and gets its memory back."""
+"""One side goes on, loses nothing, and gets its memory back, whatever happens to the other."""
 
 from __future__ import annotations
 
