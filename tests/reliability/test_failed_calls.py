@@ -36,7 +36,7 @@ T = TypeVar('T')
 Time: TypeAlias = AbstractContextManager[object]
 
 TIMEOUT_S = 0.2
-"""Of every wait: where the fault is at the other end, that its time is over is the answer."""
+"""The timeout of each wait. It ends those whose fault is at the other end."""
 
 MOST = 400
 """Calls that a scenario may make."""

@@ -18,7 +18,7 @@ def attempts(policy: Retry, budget: RetryBudget | None = None, chance: float = 0
 
 
 def delays(policy: Retry, chance: float = 0.5) -> list[float | None]:
-    """Return the delays, in s, of a call that fails until it is given up."""
+    """Return the delays, in s, of a call that fails until it is given up; None stands for giving up."""
     counted = attempts(policy, RetryBudget(Retry(budget=1000.0)), chance)
     found: list[float | None] = []
     while not found or found[-1] is not None:

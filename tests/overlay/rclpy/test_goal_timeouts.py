@@ -37,7 +37,7 @@ def error_of(future: Future[Any]) -> BaseException:
 
 
 def held(client: FibonacciClient) -> list[object]:
-    """Return all that a client holds of goals that nobody has accepted."""
+    """Return the open calls and the goals under way that a client holds."""
     requests = (client.goal_requests, client.result_requests, client.cancel_requests)
     calls = [call for each in requests for call in (*each.timed, *each.pending.values())]
     return [*(call for call in calls if not call.end_lock.locked()), *client.goals.active]

@@ -52,7 +52,7 @@ def is_open(descriptor: int) -> bool:
 
 
 def expect(what: str, seen: object, wanted: object) -> None:
-    """End the program with a line where something else was seen than wanted."""
+    """If something else was seen than wanted, print it and end the program."""
     if seen != wanted:
         print(f'{what}: {seen!r}, not {wanted!r}', flush=True)
         os._exit(1)

@@ -16,7 +16,7 @@ from std_msgs.msg import UInt32MultiArray
 
 BATCH = 500
 KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)
-"""On Zenoh a publisher that keeps less drops messages where the wire is full."""
+"""On Zenoh a publisher that keeps less drops messages if the wire is full."""
 role, number = sys.argv[1], int(sys.argv[2])
 
 

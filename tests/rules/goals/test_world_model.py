@@ -66,7 +66,7 @@ INDEX = st.integers(0, 1000)
 
 @dataclass(eq=False)
 class Request:
-    """One request on its way: whose, and what to do with its reply, or where none can come any more."""
+    """One request on its way: its client, and what to do with its reply or without one."""
 
     client: int
     on_reply: Callable[..., list[ClientEffect[int, bytes]]]
