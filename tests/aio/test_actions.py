@@ -337,7 +337,7 @@ def test_a_server_that_goes_away_loses_the_goal_at_once(play: Play) -> None:
                 await counter.began.wait()
                 gone.set()
                 assert [feedback async for feedback in run_.feedback] == []
-                with pytest.raises((ServerLostError, GoalAborted)):  # it says so, where it still can
+                with pytest.raises((ServerLostError, GoalAborted)):  # the server says so if it still can
                     await run_.result
             assert time.monotonic() - start < 5
             await serving

@@ -16,7 +16,7 @@ from goalwire.errors import GoalAborted
 
 @pytest.fixture
 def transport_name() -> str:
-    """The same before any wire."""
+    """The memory transport, since the mistakes are told in the same way before any wire."""
     return 'goalwire_memory'
 
 

@@ -1,4 +1,4 @@
-"""What each entity of a node counts."""
+"""The statistics that each entity of a node counts."""
 
 from __future__ import annotations
 

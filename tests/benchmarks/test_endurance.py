@@ -1,4 +1,4 @@
-"""What the endurance run counts as left behind, and that a part of it runs."""
+"""The endurance run: the things that it counts as left behind, and that a part of it runs."""
 
 from __future__ import annotations
 

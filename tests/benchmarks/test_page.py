@@ -1,4 +1,4 @@
-"""What a run has measured gets into the page on performance, in the places that the page has for it."""
+"""The figures of a run get into the page on performance, in the places that the page has for them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ MEASURED = {
 
 @pytest.fixture
 def run(tmp_path: Path) -> page.Run:
-    """What a run of three lines has written, read again."""
+    """The report of a run of three lines, read again."""
     lines = {name: {'rounds': rounds, 'failures': {}, 'goals': []} for name, rounds in MEASURED.items()}
     report = tmp_path / 'report.json'
     report.write_text(json.dumps({'facts': FACTS, 'lines': lines}), encoding='utf-8')

@@ -1,4 +1,4 @@
-"""What was opened before a fork, and what a child resets."""
+"""Things that were opened before a fork, and things that a child resets."""
 
 from __future__ import annotations
 

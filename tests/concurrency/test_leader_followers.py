@@ -1,4 +1,7 @@
-"""The look before a sleep: when there is one, and that it ends where it does not pay. Time is made up."""
+"""The look at the wire before a sleep: when there is one, and that it ends if it does not pay.
+
+Time is made up.
+"""
 
 from __future__ import annotations
 

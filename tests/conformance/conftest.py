@@ -21,7 +21,7 @@ NOT_CHECKED = pytest.StashKey[str]()
 
 @pytest.fixture(scope='session')
 def real(pytestconfig: pytest.Config) -> Environment:
-    """An environment with the real rclpy, kept between test runs; skips where it cannot be had."""
+    """An environment with the real rclpy, kept between test runs; skips the test if it cannot be had."""
     if not real_rclpy.EXISTS:
         _skip(pytestconfig, real_rclpy.WHY_NOT)
     try:

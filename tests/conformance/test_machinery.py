@@ -1,4 +1,4 @@
-"""What tells two traces apart, and what is not told apart, without the real rclpy."""
+"""The differences of two traces that are reported, and those that are not, without the real rclpy."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ PATH = re.compile(r'(?:src|tests|docs|benchmarks|examples|robot|tools|\.ci)(?:/[
 
 
 def named() -> set[str]:
-    """What stands between backticks on the page, words of commands too."""
+    """Return the words between backticks on the page, words of commands too."""
     return {word for text in re.findall(r'`([^`\n]+)`', TEXT) for word in text.split()}
 
 

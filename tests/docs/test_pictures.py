@@ -22,7 +22,7 @@ def test_a_picture_is_drawn_from_the_table(file: Path, draw: Callable[[], str]) 
 
 
 def first_figures(page: Path) -> list[str]:
-    """What is bold above the picture."""
+    """Return the figures that are bold above the picture."""
     return re.findall(r'\*\*([\d.,]+)\*\*', page.read_text(encoding='utf-8').split('![')[0])
 
 

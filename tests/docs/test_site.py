@@ -25,7 +25,7 @@ WIDTHS = (390, 768, 1440)
 
 
 class _Links(HTMLParser):
-    """What a page links to, and the names of its places."""
+    """The links of a page, and the names of its places."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

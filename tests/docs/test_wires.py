@@ -1,4 +1,4 @@
-"""What a wire does otherwise is told in the docs: the table is that of the tests' marks."""
+"""The docs tell how a wire differs: their table has the same differences as the tests' marks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameter files that are none, endless or huge: refused at once, by name, within bounded memory."""
+"""Endless, huge and other bad parameter files: refused at once, by name, within bounded memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the errors of awaited calls tell."""
+"""The information in the errors of awaited calls."""
 
 from __future__ import annotations
 

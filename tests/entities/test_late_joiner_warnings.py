@@ -28,7 +28,7 @@ HELLO = String(data='hello')
 
 @pytest.fixture
 def told(monkeypatch: pytest.MonkeyPatch) -> Iterator[Collector[str]]:
-    """What is told, after 50 ms."""
+    """The lines that are told about topics, after 50 ms."""
     monkeypatch.setattr(late_joiner_warnings, 'WAIT_S', 0.05)
     lines: Collector[str] = Collector()
 

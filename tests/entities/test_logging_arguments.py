@@ -1,4 +1,4 @@
-"""What a context makes of the arguments that are about logging."""
+"""The effect that the arguments about logging have on a context."""
 
 from __future__ import annotations
 

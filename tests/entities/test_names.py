@@ -34,7 +34,7 @@ def test_the_name_of_an_action_is_remapped_with_all_its_parts() -> None:
 
 
 def test_parts_may_be_remapped_one_by_one() -> None:
-    """What users of Jazzy write, which does not remap the name."""
+    """Users of Jazzy write such rules, since Jazzy does not remap the name."""
     parts = ('send_goal', 'cancel_goal', 'get_result', 'feedback', 'status')
     one_by_one = rules(*(f'fib/_action/{part}:=/count/_action/{part}' for part in parts))
     found = resolve_action_names('fib', NODE, one_by_one)

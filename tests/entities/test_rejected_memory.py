@@ -1,4 +1,4 @@
-"""What is rejected is gone at once: no exception holds it in a circle until the collector runs."""
+"""Rejected data is gone at once: no exception holds it in a circle until the collector runs."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ Held = Callable[[], int]
 
 @pytest.fixture
 def held() -> Iterator[Held]:
-    """How many bytes more than at the beginning are held, with nobody collecting.
+    """A function that returns how many more bytes are held than at the beginning, with nobody collecting.
 
-    What is garbage before stays so meanwhile, and is not counted: to collect it here would take a second.
+    Garbage from before stays meanwhile, and is not counted: to collect it here would take a second.
     """
     gc.disable()
     tracemalloc.start()

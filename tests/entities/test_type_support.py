@@ -1,4 +1,4 @@
-"""What the entities know of interface classes."""
+"""The facts that the entities know of interface classes."""
 
 from __future__ import annotations
 

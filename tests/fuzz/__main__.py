@@ -19,7 +19,7 @@ SECONDS_FOR_ONE = 5
 MIB_FOR_ONE = 1024
 LONGEST = 4096
 GRACE_S = 600
-"""What a process may take beyond its time: it imports, instruments, and ends."""
+"""The seconds that a process may take beyond its time: it imports, instruments, and ends."""
 
 
 def fuzz(name: str, seconds: int, finds: Path) -> bool:

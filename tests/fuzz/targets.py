@@ -163,7 +163,7 @@ def read_message(data: bytes) -> None:
         if 'a string cannot contain a NUL' in str(error):
             return  # peers in C++ can send one
         raise
-    assert codec.encode(codec.decode(again, cls)) == again  # bytes, since nan is no equal of itself
+    assert codec.encode(codec.decode(again, cls)) == again  # bytes, since nan does not equal itself
 
 
 def _messages() -> tuple[bytes, ...]:
@@ -174,7 +174,7 @@ def _messages() -> tuple[bytes, ...]:
 
 
 def read_attachment(data: bytes) -> None:
-    """Of either form."""
+    """An attachment of either form."""
     read = sequence, stamp, gid = attachment.decode(data)
     assert attachment.decode(attachment.encode(sequence, stamp, attachment.GID_SIZE, gid)) == read
 
@@ -186,7 +186,7 @@ def read_token(data: bytes) -> None:
 
 
 def read_qos(data: bytes) -> None:
-    """What was read is written in the shortest form, which means the same."""
+    """A QoS; it is written in the shortest form, which means the same."""
     qos = ros_keys.decode_qos(text_of(data))
     if 'UNKNOWN' in {qos.reliability.name, qos.durability.name, qos.history.name, qos.liveliness.name}:
         return  # no endpoint of ours has that
@@ -206,7 +206,7 @@ def read_request(data: bytes) -> None:
 
 
 def read_user_data(data: bytes) -> None:
-    """What participants and endpoints say of themselves: anything is allowed."""
+    """The data that participants and endpoints send about themselves: anything is allowed."""
     description.enclave_of(data)
     description.decode_endpoint(data)
 
@@ -236,12 +236,12 @@ def match_nodes(data: bytes) -> None:
 
 
 def read_yaml_value(data: bytes) -> None:
-    """A value as `ros2 param set` gives it: whatever is no other is a string."""
+    """A value as `ros2 param set` gives it: it is a string if it has no other type."""
     read_typed_text(text_of(data))
 
 
 def read_entry_points(data: bytes) -> None:
-    """What an installed package registers."""
+    """The entry points that an installed package registers."""
     entry_points._entries(text_of(data))
 
 
@@ -414,7 +414,7 @@ _MINIMAL = (
 
 
 def ask_for_history(data: bytes) -> None:
-    """What subscribers ask of publishers that keep messages: they get no more than is kept."""
+    """Requests of subscribers to publishers that keep messages: subscribers get no more than is kept."""
     one, other, cable = pair()
     publisher = HistoryPublisher(SimpleNamespace(protocol=one), 'k', Publication(one, 'k'), 3, numbers=True)  # type: ignore[arg-type]
     for number in range(5):

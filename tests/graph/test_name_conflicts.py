@@ -1,4 +1,4 @@
-"""What the graph finds wrong between peers."""
+"""The mismatches that the graph finds between peers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What names in the graph tell by their form."""
+"""The facts that names in the graph tell by their form."""
 
 from __future__ import annotations
 

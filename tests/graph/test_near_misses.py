@@ -1,4 +1,4 @@
-"""What the graph says to a call that found nobody."""
+"""The hints that the graph gives to a call that found nobody."""
 
 from __future__ import annotations
 

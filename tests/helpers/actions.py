@@ -65,7 +65,7 @@ class Arena:
         options.setdefault('callback_group', ReentrantCallbackGroup())
         self.server = ActionServer(self.server_node, Fibonacci, 'fib', execute, **options)
         self.events: Collector[str] = Collector()
-        """What the server's reactor has been told, by its methods' names."""
+        """The events that the server's reactor has been told, by its methods' names."""
         self._note_events()
         self.client = ActionClient(
             self.client_node, Fibonacci, 'fib', callback_group=ReentrantCallbackGroup()

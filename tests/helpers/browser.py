@@ -20,7 +20,7 @@ _SHORT_LIVED = '--js-flags=--no-opt --no-maglev'
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """Run it for as long as the block lasts; the test is skipped where there is none."""
+    """Run Chromium for as long as the block lasts; the test is skipped if there is none."""
     playwright = pytest.importorskip('playwright.sync_api')
     if CHROMIUM is None:
         pytest.skip('there is no Chromium here')

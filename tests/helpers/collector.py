@@ -27,7 +27,7 @@ class Collector(Generic[T]):
 
     @property
     def items(self) -> list[T]:
-        """What has come so far, in order."""
+        """The items that have come so far, in order."""
         with self._changed:
             return list(self._items)
 

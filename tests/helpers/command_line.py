@@ -38,7 +38,7 @@ class Ended:
 
     @property
     def lines(self) -> list[str]:
-        """What it printed, line by line."""
+        """The lines that the command printed."""
         return self.out.splitlines()
 
 

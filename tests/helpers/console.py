@@ -118,7 +118,7 @@ def screenshots() -> Path | None:
 
 
 def picture(page: Any, name: str) -> None:
-    """Keep a screenshot, where there is a folder for them."""
+    """Keep a screenshot if there is a folder for screenshots."""
     folder = screenshots()
     if folder:
         page.screenshot(path=str(folder / f'{name}.png'))

@@ -1,6 +1,6 @@
-"""What consoles and the robots beside them import and build when they start, and at a console's first page.
+"""All that consoles and the robots beside them import and build at start and at a console's first page.
 
-The server that forks them imports this, and with it all of that, once for all of them.
+The server that forks them imports this module, and with it all of that, once for all of them.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from goalwire.entities.node import NodeCore
 
 
 class Front:
-    """What an executor needs of a node."""
+    """The parts of a node that an executor needs."""
 
     def __init__(self, core: NodeCore) -> None:
         self.handle = core

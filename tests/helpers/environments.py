@@ -25,7 +25,7 @@ _UNREACHABLE = ('connection', 'retrying', 'temporary failure', 'timed out', 'nam
 
 @contextmanager
 def _alone(file: Path) -> Iterator[None]:
-    """Hold a lock against pytest's other workers and against other runs (where there is flock)."""
+    """Hold a lock against pytest's other workers and against other runs (if there is flock)."""
     with file.open('w', encoding='utf-8') as lock:
         if sys.platform != 'win32':
             fcntl.flock(lock, fcntl.LOCK_EX)
@@ -50,7 +50,7 @@ def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path],
 
 
 class CannotInstall(Exception):
-    """pip gave up; the text is its own. `unreachable` where it could not even talk to a registry."""
+    """pip gave up; the text is its own. `unreachable` is true if it could not even talk to a registry."""
 
     def __init__(self, stderr: str) -> None:
         super().__init__(''.join(stderr.strip().splitlines()[-1:]))

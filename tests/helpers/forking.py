@@ -32,7 +32,7 @@ _OPENED = (
     'goalwire.zenoh.io.shared_memory.session_memory', 'goalwire.zenoh.protocol.router_protocol',
     'service_msgs.msg', 'unique_identifier_msgs.msg',
 )  # fmt: skip
-"""What programs import when they open a session and make a node: more than half of their processor time."""
+"""The modules that programs import to open a session and make a node: over half of their processor time."""
 
 
 class Forked:

@@ -48,7 +48,7 @@ def output_of(
     options: tuple[str, ...] = (),
     **env: str,
 ) -> str:
-    """What a program prints, stripped; it must exit with 0."""
+    """Return the output of a program, stripped; the program must exit with 0."""
     done = run_python(code, *arguments, cwd=cwd, python=python, options=options, **env)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

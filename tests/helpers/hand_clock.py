@@ -18,7 +18,7 @@ class HandClock:
         self._sleepers: dict[EventWaiter, int] = {}
 
     def now(self) -> int:
-        """What the clock shows, in ns."""
+        """Return the time that the clock shows, in ns."""
         with self._changed:
             return self._now
 

@@ -63,7 +63,10 @@ def at_each_line() -> Iterator[Interruption]:
 
 
 def at_each_call() -> Iterator[Interruption]:
-    """The same where a function of Python's begins, and where one of C's has ended."""
+    """Yield an interruption where each function of Python's begins, and where each of C's has ended.
+
+    As with `at_each_line`, they end with one that was not needed any more.
+    """
     return _at_each(frozenset({'call', 'c_return'}))
 
 

@@ -1,4 +1,4 @@
-"""What a test left behind: threads and file descriptors."""
+"""The threads and file descriptors that a test left behind."""
 
 from __future__ import annotations
 

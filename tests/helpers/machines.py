@@ -23,7 +23,7 @@ _JOIN = """
 
 
 CABLE = 'cable'
-"""What each machine's network device is called."""
+"""The name of each machine's network device."""
 
 
 class Machine:

@@ -16,7 +16,7 @@ from jupyter_client.manager import KernelManager
 class Notebook:
     """A kernel. A cell's output has what it printed, its value, and its error as `Name: text`.
 
-    What a cell writes to stderr follows all of that: the kernel may send it in the midst of a line of stdout.
+    A cell's text on stderr follows all of that: the kernel may send it in the midst of a line of stdout.
     """
 
     def __init__(self, cwd: Path, env: Mapping[str, str]) -> None:

@@ -12,11 +12,11 @@ from helpers.held_up import HeldUp
 from goalwire.errors import GoalwireError
 
 DONE = 'done'
-"""What ended as it should."""
+"""The kind of a call or goal that ended as it should."""
 
 
 class Outcomes:
-    """Counts 'done' and the names of errors. An error that is none of goalwire's goes on."""
+    """Counts 'done' and the names of errors. An error that is not one of goalwire's goes on."""
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
@@ -40,7 +40,7 @@ class Outcomes:
             self.note(DONE)
 
     def note(self, kind: str, took: float | None = None, number: int = 1) -> None:
-        """Count what has ended so; `took` is the time since the fault, in s, where it is an error."""
+        """Count endings of a kind; for an error, `took` is the time since the fault, in s."""
         self.counts[kind] += number
         if took is not None:
             self.slowest = max(took, self.slowest or 0.0)

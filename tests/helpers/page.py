@@ -1,4 +1,4 @@
-"""What a user does with the page in a browser, and waits for there."""
+"""The things that a user does with the page in a browser, and waits for there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What waits in the tables of a node's clients, down to the wire."""
+"""The entries that wait in the tables of a node's clients, down to the wire."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.transport.contract import ClientPort
 
 _TABLES = ('_calls', 'waiting')
-"""What the wires' clients call theirs."""
+"""The names of the tables in the wires' clients."""
 
 
 def left_pending(node: NodeCore) -> dict[str, int]:

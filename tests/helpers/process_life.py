@@ -22,7 +22,7 @@ QUIET = {'PYTHONWARNINGS': 'ignore::DeprecationWarning'}
 
 
 def world_on(wire: str) -> dict[str, str]:
-    """Return an environment of its own for programs on a wire of WIRES; skip where it is not installed."""
+    """Return an environment of its own for programs on a wire of WIRES; skip if the wire is not installed."""
     variables = WIRES[wire]
     require(variables['RMW_IMPLEMENTATION'])
     return isolated_env(variables['RMW_IMPLEMENTATION']) | variables | QUIET

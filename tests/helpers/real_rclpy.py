@@ -1,4 +1,4 @@
-"""The real rclpy of PyPI: which wheels, where they exist, and an environment with them."""
+"""The real rclpy of PyPI: its wheels, the systems for which they exist, and an environment with them."""
 
 from __future__ import annotations
 

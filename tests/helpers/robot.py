@@ -105,7 +105,7 @@ def course(name: str, *, env: Mapping[str, str]) -> Program:
 
 @contextmanager
 def robot_client() -> Iterator[Robot]:
-    """A client of the robot in this process, whose environment says where it is."""
+    """A client of the robot, in this process, whose environment says where the robot is."""
     import rclpy
     from humanoid.mission.robot import Robot
 

@@ -40,7 +40,7 @@ class _Child:
 
 
 class _Subprocess:
-    """What `humanoid.supervisor` finds in place of the module `subprocess`: the same, with another Popen."""
+    """The substitute for the module `subprocess` in `humanoid.supervisor`: the same, with another Popen."""
 
     PIPE = subprocess.PIPE
     STDOUT = subprocess.STDOUT

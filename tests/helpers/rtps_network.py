@@ -59,7 +59,7 @@ class Collector(ReaderListener):
 
     @property
     def payloads(self) -> list[bytes | None]:
-        """What has come, in order."""
+        """The payloads that have come, in order."""
         return [None if sample.payload is None else bytes(sample.payload) for sample in self.samples]
 
     def on_sample(self, sample: Sample) -> None:
@@ -128,7 +128,7 @@ class Network:
         self.loss, self.double, self.delay = loss, double, delay_s
         self.random = Random(seed)
         self.packets: list[tuple[float, Address, Address, bytes]] = []
-        """What was sent: when, from, to, what."""
+        """The packets that were sent: time, sender, receiver, bytes."""
         self.keeps = False
         self.sent = 0
         self.cut: Callable[[str, str], bool] = lambda _from, _to: False

@@ -43,7 +43,7 @@ class Screen:
 
     @property
     def seen(self) -> str:
-        """What a person sees now."""
+        """The text that a person sees now."""
         return '\n'.join(line.rstrip() for line in self._display.display)
 
     def expect(self, pattern: str) -> re.Match[str]:
@@ -92,7 +92,7 @@ class Screen:
         return self.process.wait(max(1.0, end - monotonic()))
 
     def modes(self) -> list[Any]:
-        """What the terminal does with keys: echo, lines, signals."""
+        """Return the terminal's settings for keys: echo, lines, signals."""
         assert self._master is not None
         return termios.tcgetattr(self._master)[:4]
 

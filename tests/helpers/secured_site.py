@@ -181,7 +181,7 @@ STRANGERS: dict[str, Callable[[Keystore], TlsFiles]] = {
     'revoked': _revoked,
     'not in the policy': lambda keystore: _issued_for(keystore, 'nobody', timedelta(days=1)),
 }
-"""Who must get no link to a robot, whatever the policy says about mallory."""
+"""The strangers who must get no link to a robot, whatever the policy says about mallory."""
 
 
 # ---- knowing that all has arrived

@@ -1,4 +1,4 @@
-"""What every node of ROS 2 has of its own: topics and services that tests of a program's own leave out."""
+"""The topics and services that every node of ROS 2 has: tests of a program's own ones leave them out."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one call of a program gave, or raised: `raises` are class names, most derived first."""
+    """The value or the error of one call of a program: `raises` are class names, most derived first."""
 
     call: str
     gives: str = ''
@@ -88,7 +88,7 @@ class Differences:
 def complaints(
     ours: list[Outcome], real: list[Outcome], listed: dict[str, str], foreign_texts: Sequence[str] = ()
 ) -> Iterator[str]:
-    """Yield what is wrong with two traces; `listed` says what our outcome is to be where it differs."""
+    """Yield what is wrong with two traces; `listed` has our outcome for each call that is to differ."""
     calls = [outcome.call for outcome in real]
     if [outcome.call for outcome in ours] != calls:
         # A statement that fails is told, one that succeeds is not: the traces then have different lengths.

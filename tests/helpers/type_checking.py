@@ -1,4 +1,4 @@
-"""What a type checker says to a program that uses goalwire as it is installed."""
+"""The remarks of type checkers on a program that uses goalwire as it is installed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from helpers.packages import write_files
 
 
 def type_errors(program: str, folder: Path, *, typings: Path | None = None) -> list[tuple[str, str]]:
-    """What mypy --strict objects to: line and code of each error, none for a well-typed program."""
+    """Return the errors of mypy --strict: line and code of each, none for a well-typed program."""
     write_files(folder, {'program.py': textwrap.dedent(program)})
     environment = clean_environment(**({'MYPYPATH': str(typings)} if typings else {}))
     cache = ROOT / 'build' / 'mypy'  # what one program imports need not be read again for the next
@@ -31,7 +31,7 @@ def type_errors(program: str, folder: Path, *, typings: Path | None = None) -> l
 
 
 def editor_remarks(program: str, folder: Path) -> list[tuple[int, str]]:
-    """What Pyright, which is in many editors, remarks on a program: line and rule, none where all is well."""
+    """Return the remarks of Pyright, which is in many editors: line and rule, none if all is well."""
     settings = {'typeCheckingMode': 'standard', 'pythonVersion': '.'.join(map(str, sys.version_info[:2]))}
     files = {'program.py': textwrap.dedent(program), 'pyrightconfig.json': json.dumps(settings)}
     write_files(folder, files)

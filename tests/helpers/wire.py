@@ -150,7 +150,7 @@ class ContentRequest(Request):
 
 
 class SeenGraph(GraphListener):
-    """What a session has been told of the graph, to be waited on."""
+    """The graph as a session has been told of it, to be waited on."""
 
     def __init__(self) -> None:
         self._entities: dict[tuple[str, int, bytes, EndpointKind], GraphEntity] = {}

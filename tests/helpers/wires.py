@@ -42,7 +42,7 @@ def skip_differing(request: pytest.FixtureRequest, name: str) -> None:
 
 
 def require(name: str) -> None:
-    """Skip the test where a wire is not installed."""
+    """Skip the test if a wire is not installed."""
     if name == DDS and choose_session() == CYCLONE:
         try:
             find_library()

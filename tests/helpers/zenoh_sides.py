@@ -39,7 +39,7 @@ ROLES = {'peer': Role.PEER, 'client': Role.CLIENT, 'router': Role.ROUTER}
 
 
 class Heard:
-    """What came, as (key, payload), None for deletions."""
+    """The samples that came, as (key, payload); the payload is None for deletions."""
 
     def __init__(self) -> None:
         self.samples: list[tuple[str, bytes | None]] = []

@@ -48,7 +48,7 @@ def ask(workspace: Path, editor: jedi.api.environment.Environment) -> Ask:
 
 
 def completions(script: jedi.Script) -> set[str]:
-    """What an editor offers at the end of a program, but for what every object has."""
+    """Return the names that an editor offers at the end of a program, except those that every object has."""
     return {found.name for found in script.complete() if not found.name.startswith('_')}
 
 

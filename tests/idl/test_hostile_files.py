@@ -1,4 +1,4 @@
-"""Whatever lies below the working directory, Python programs there start, pip too, and say what is bad."""
+"""Python programs, pip too, start in a folder with any files below it, and say what is bad."""
 
 from __future__ import annotations
 

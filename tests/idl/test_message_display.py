@@ -30,7 +30,7 @@ class Printer:
 
 
 def shown(message: Any) -> str:
-    """What a notebook shows of a message as text."""
+    """Return the text that a notebook shows of a message."""
     printer = Printer()
     message._repr_pretty_(printer, False)
     return printer.written

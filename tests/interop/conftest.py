@@ -23,7 +23,7 @@ Run: TypeAlias = Callable[..., Program]
 def install(pytestconfig: pytest.Config) -> Install:
     """A function that returns an environment with the packages named, kept between test runs.
 
-    Skips the test where they cannot be had.
+    The function skips the test if they cannot be had.
     """
 
     def install_all(*requirements: str) -> Environment:

@@ -40,7 +40,7 @@ Launch: TypeAlias = Callable[..., 'Launched']
 
 @dataclass
 class Process:
-    """What one process of a launch told about itself."""
+    """One process of a launch, with the facts that it told about itself."""
 
     program: str
     argv: list[str]
@@ -56,7 +56,7 @@ class Process:
 
     @property
     def as_started(self) -> dict[str, Any]:
-        """What the launch file has a say in, without what is empty."""
+        """The facts that the launch file has a say in, without the empty ones."""
         told = {
             'program': self.program,
             'name': f'{self.ns or ""}/{self.node}' if self.node else self.ns,
@@ -97,7 +97,7 @@ class Launched:
         return sorted(self.processes, key=lambda process: (process.program, process.ns or '', process.argv))
 
     def tree(self, count: int) -> list[dict[str, Any]]:
-        """What so many processes were started with; each is a child of the launch."""
+        """Return what so many processes were started with; each is a child of the launch."""
         found = self.started(count)
         assert {process.parent for process in found} == {self.program.pid}
         return [process.as_started for process in found]

@@ -20,7 +20,7 @@ SIM = {'use_sim_time': False}
 def navigation(
     namespace: str, share: Path, speed: float = 1.0, planner: str = 'grid'
 ) -> list[dict[str, Any]]:
-    """What navigation.launch.xml and its twin start, below a namespace."""
+    """Return the processes that navigation.launch.xml and its twin start, below a namespace."""
     own = {'-p': SIM} if namespace else {}
     return [
         {
@@ -204,7 +204,10 @@ BUFFERED = {'DEMO_BUFFERED': '1'}
 
 
 def mobile_base(namespace: str, model: str, mode: str, separation: float) -> list[dict[str, Any]]:
-    """What mobile_base.launch.py starts in any case: controller, driver, spawner, state_publisher."""
+    """Return the processes that mobile_base.launch.py starts in any case.
+
+    They are the controller, the driver, the spawner and the state_publisher.
+    """
     of_controller = {
         'wheel_separation': separation,
         'mode': mode,

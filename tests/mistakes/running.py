@@ -29,7 +29,7 @@ _END_S = 30.0
 
 @record
 class Told:
-    """What a program said, and after how many seconds it had said what is expected (None: never)."""
+    """The output of a program, and the seconds until it had said what is expected (None: never)."""
 
     output: str
     after: float | None
@@ -39,7 +39,7 @@ PRELOADED = (
     'example_interfaces.action', 'rclpy', 'rclpy.action', 'rclpy.executors', 'rclpy.node', 'rclpy.parameter',
     'sensor_msgs.msg', 'std_msgs.msg', 'std_srvs.srv',
 )  # fmt: skip
-"""What the programs import."""
+"""The modules that the programs import."""
 
 
 def run(mistake: Mistake, folder: Path, environment: Mapping[str, str], server: ForkServer) -> Told:

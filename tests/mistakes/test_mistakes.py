@@ -18,7 +18,7 @@ MISTAKES = read_all()
 _OURS = rf'File "(<goalwire\b|{re.escape(str(Path(goalwire.__file__).parent))}/)'
 """A frame of the library's, or of code that it has made."""
 _BUSY_S = 5.0
-"""What a busy machine may add to the time until something is told."""
+"""The seconds that a busy machine may add to the time until something is told."""
 _RUNS = 3
 """How often a program may be late. One that waits too long is late each time; a busy machine is not."""
 

@@ -66,7 +66,7 @@ class Servers:
 
 
 async def ask(node: goalwire.Node) -> None:
-    """What is recorded: calls, and goals that succeed, are aborted, refused, and cancelled in the middle."""
+    """Make the recorded calls and goals; goals succeed, are aborted, refused, and cancelled in the middle."""
     add, count = node.client(AddTwoInts, 'add'), node.action(Fibonacci, 'count')
     for b in (1, 2, 1):
         await add.call(a=40, b=b, timeout=PATIENCE)
@@ -140,7 +140,7 @@ def test_servers_that_answer_as_recorded_differ_in_nothing(play: Play, bag: Path
         *(('add', 40, b) for b in (1, 2, 1)),
         *(('count', order) for order in (3, 7, ENDLESS)),
     ]
-    assert 5 <= servers.canceled_at[0] <= 100  # where it was recorded, and not where it began
+    assert 5 <= servers.canceled_at[0] <= 100  # where the recorded goal was cancelled, not at its beginning
 
 
 def test_a_number_that_was_changed_is_found(play: Play, bag: Path) -> None:

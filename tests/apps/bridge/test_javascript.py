@@ -36,7 +36,7 @@ def node() -> Path:
 
 @pytest.fixture(scope='module')
 def modules(node: Path, pytestconfig: pytest.Config) -> Path:
-    """A folder with the packages from npm, kept between runs; skips the tests where they cannot be had."""
+    """A folder with the packages from npm, kept between runs; skips the tests if they cannot be had."""
     cache = getattr(pytestconfig, 'cache', None)
     if cache is None:
         pytest.skip("keeps the packages in pytest's cache, which is switched off")

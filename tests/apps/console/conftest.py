@@ -28,7 +28,7 @@ def transport_name() -> str:
 
 @pytest.fixture(scope='module')
 def chromium() -> Iterator[Any]:
-    """A headless Chromium, the system's; the test is skipped where there is none."""
+    """The system's Chromium, headless; the test is skipped if there is none."""
     with browser.chromium() as running:
         yield running
 

@@ -1,4 +1,4 @@
-"""Forms in a real browser: what a person fills in is what the server receives, field by field."""
+"""Forms in a real browser: the server receives the values that a person fills in, field by field."""
 
 from __future__ import annotations
 

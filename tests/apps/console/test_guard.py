@@ -1,4 +1,4 @@
-"""Who is let in: the guard alone, and the whole server on a real socket."""
+"""The console's guard, which decides who is let in: alone, and in the whole server on a real socket."""
 
 from __future__ import annotations
 

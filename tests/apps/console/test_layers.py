@@ -1,4 +1,4 @@
-"""What layers of the 3D view draw of a map, a scan, a path and markers, and where their frames are."""
+"""Layers of the 3D view: how they draw a map, a scan, a path and markers, and where their frames are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the console records, without a page: one bag at a time, of the names that are wanted."""
+"""The console's recording, without a page: one bag at a time, of the names that are wanted."""
 
 from __future__ import annotations
 

@@ -378,7 +378,7 @@ def test_what_peers_write_stays_text_and_mismatches_are_red(stage: Stage, open_p
     page.wait_for_selector('[data-stop-report=failed]:has-text("<img/src=x/onerror=window.hacked=1>/estop")')
     page.wait_for_selector('[data-stop-report]:has-text("/estop stopped after")')
     assert page.evaluate('() => window.hacked') is None
-    # What the console subscribes to, to measure it, is no mismatch of the robot's.
+    # The subscriptions with which the console measures topics are not mismatches of the robot's.
     page.wait_for_selector('.gw-chip.bad:has-text("2 mismatches")')
 
 

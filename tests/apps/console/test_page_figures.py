@@ -1,4 +1,4 @@
-"""What the page says of a robot is right: rates from the first on, ages if the clock jumps, its model."""
+"""The page is right about a robot: about rates from the first on, ages if the clock jumps, its model."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     ]
     assert load(page, '/given.obj') == [[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0]]
 
-    # What is switched off is gone.
+    # A layer that is switched off is gone.
     picture(page, 'layers')
     switch(page, '/markers')
     until(page, "() => goalwireScene.layers.spots('/markers').length === 0")

@@ -263,7 +263,7 @@ def test_half_filled_forms_outlive_a_console_that_is_started_anew(stage: Stage, 
     page.wait_for_selector('[data-yaml]')
     assert page.input_value('[data-yaml]') == 'speed: 0.5\nname: [unfinished'
 
-    # Whoever turns to something else has left it.
+    # A visitor who turns to something else has left the form.
     view(page, 'logs')
     again(page, page.reload)
     view(page, 'services')

@@ -149,7 +149,7 @@ def test_each_person_does_what_the_policy_allows_and_the_log_has_the_name(
     page.wait_for_selector('.gw-live-table td:has-text("ann"), td:has-text("ann")')
     _wait_for_entry(keystore, who='ann', act='call', key='/lamp', outcome='done', via='console')
 
-    # What she may not do is there, and says why.
+    # The controls that she may not use are there, and say why.
     row(page, '/shy')
     page.wait_for_selector('[data-call][disabled]')
     page.wait_for_selector("[data-refused]:has-text(\"none of the roles of 'ann' may call '/shy'\")")

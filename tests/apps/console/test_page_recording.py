@@ -118,7 +118,7 @@ def test_goals_plots_and_messages_of_the_whole_time(open_page: OpenPage, url: st
 def test_nothing_can_be_sent_while_a_recording_is_shown(
     world: tuple[Stage, str], open_page: OpenPage
 ) -> None:
-    """There is no control for it, and no node of the console: the robot beside it sees nobody."""
+    """The page has no control for it, and the console has no node: the robot beside it sees nobody."""
     stage, url = world
     stage.robot()
     page = open_page(url)

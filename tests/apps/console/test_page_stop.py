@@ -81,14 +81,14 @@ def world_of(window: Any) -> Iterator[World]:
 
 @pytest.fixture(scope='module')
 def world(window: Any) -> Iterator[World]:
-    """What the tests share that leave both robots released, and alive."""
+    """The world that is shared by the tests that leave both robots released, and alive."""
     with world_of(window) as made:
         yield made
 
 
 @pytest.fixture
 def own_world(window: Any) -> Iterator[World]:
-    """What a test has for itself that kills something."""
+    """A world of its own for a test that kills something."""
     with world_of(window) as made:
         yield made
 

@@ -1,4 +1,4 @@
-"""What layers of the 3D view draw of a point cloud, a camera, and poses with their uncertainty."""
+"""Layers of the 3D view that draw a point cloud, a camera, and poses with their uncertainty."""
 
 from __future__ import annotations
 

@@ -422,7 +422,7 @@ FIRST_MESSAGES = {
     'mission_client': 'without asking for the battery',
     'reliable_client': 'has not ended',
 }
-"""What everybody sees who checks before the work has begun."""
+"""The message of each exercise to everybody who checks before the work has begun."""
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What a traceback in a student's output says: the exception, the line, and the hints after it."""
+"""The contents of a traceback in a student's output: the exception, the line, and the hints after it."""
 
 from __future__ import annotations
 

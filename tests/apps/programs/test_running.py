@@ -1,4 +1,4 @@
-"""What the small programs have in common: how they end."""
+"""The way in which all the small programs end."""
 
 from __future__ import annotations
 

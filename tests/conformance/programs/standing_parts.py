@@ -1,4 +1,4 @@
-"""What every node has: its standing publishers and services, and the type description service."""
+"""The standing publishers and services that every node has, and the type description service."""
 
 import rclpy
 from rcl_interfaces.msg import LoggerLevel, ParameterEvent

@@ -1,4 +1,4 @@
-"""What an action client asks for: goals, with however many servers, and results until they are there.
+"""The requests of an action client: goals, with however many servers, and results until they are there.
 
 The wire gives a request for a result up long before a long goal has ended.
 """

@@ -264,7 +264,7 @@ def test_a_closed_loop_is_called_in_vain_and_kept_by_nobody() -> None:
 
 def test_a_call_that_a_stepped_loop_finds_before_its_wake_up_leaves_the_next_ones_theirs() -> None:
     class Overtaken(deque[Callable[[], object]]):
-        """Whose loop makes a step between a call's append and its look whether the loop sleeps."""
+        """A queue whose loop makes a step between a call's append and the check whether the loop sleeps."""
 
         def append(self, function: Callable[[], object]) -> None:
             super().append(function)

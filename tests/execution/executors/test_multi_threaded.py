@@ -1,4 +1,4 @@
-"""What has come before a spin's future is settled is run before that spin ends."""
+"""Work that has come before a spin's future is settled is done before that spin ends."""
 
 from __future__ import annotations
 
@@ -288,7 +288,7 @@ def test_of_workers_that_ask_at_once_no_more_are_let_go_than_there_are_too_many(
 
 def test_a_thread_lent_and_given_back_leaves_one_that_works_on(context: SmallContext) -> None:
     class Slow(MultiThreadedExecutor):
-        """Its workers leave together where they can."""
+        """An executor whose workers leave together if they can."""
 
         both = threading.Barrier(2, timeout=PATIENCE)
 

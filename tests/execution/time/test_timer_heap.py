@@ -215,7 +215,7 @@ def test_the_thread_starts_with_the_first_entry(context: SmallContext) -> None:
 
 
 def test_entries_that_many_threads_set_and_discard_are_not_lost(entries: TimerThread) -> None:
-    """Who waits for an answer sets and discards; nothing of that may be lost."""
+    """Threads that wait for an answer set and discard entries; no such step may be lost."""
     rung: Collector[None] = Collector()
 
     def source() -> None:

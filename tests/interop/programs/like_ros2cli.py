@@ -22,7 +22,7 @@ from service_msgs.msg import ServiceEventInfo
 
 
 class DirectNode:
-    """What every verb works with."""
+    """The node that every verb works with."""
 
     def __enter__(self):
         rclpy.init(args=[])

@@ -47,7 +47,7 @@ PUBLISHER = """
 
 @pytest.fixture(scope='module')
 def world() -> dict[str, str]:
-    """Zenoh, where nobody offers a rendezvous."""
+    """An environment on Zenoh in which nobody offers a rendezvous."""
     return {**isolated_env('rmw_zenoh_cpp'), 'GOALWIRE_ROUTER': 'off'}
 
 

@@ -125,7 +125,7 @@ def test_a_goal_is_sent(ros2: CommandLine, world: dict[str, str]) -> None:
 def test_a_bag_has_the_definition(
     ros2: CommandLine, world: dict[str, str], stranger: Program, tmp_path: Path
 ) -> None:
-    """It is read where nobody knows the type."""
+    """The bag is read where nobody knows the type."""
     bag = tmp_path / 'bag'
     with Program(executable(), 'bag', 'record', '--topics', '/gauge', '-o', str(bag), env=world) as recorder:
         recorder.expect("recording '/gauge'")

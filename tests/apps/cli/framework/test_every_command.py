@@ -1,4 +1,4 @@
-"""What every command does alike: help, errors, codes, pipes, Ctrl-C, the hand-over to a real ROS 2."""
+"""The behaviour of every command: help, errors, codes, pipes, Ctrl-C, the hand-over to a real ROS 2."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_every_noun_and_verb_has_help_of_its_own(name: str, world: dict[str, str
 
 
 def test_nothing_heavy_is_imported_for_help() -> None:
-    """What is measured in the benchmarks would be lost by one import."""
+    """One such import would spoil the figures that are measured in the benchmarks."""
     code = (
         'import sys; from goalwire.apps.cli.main import run_command; run_command("ros2", ["--help"]);'
         'print([name for name in sys.modules if name in {"zenoh", "numpy", "asyncio", "argparse", "yaml"}])'

@@ -1,4 +1,4 @@
-"""What `--filter` works out: soon, and with errors that name the part of the expression."""
+"""The results of `--filter`: they come soon, and errors name the part of the expression."""
 
 from __future__ import annotations
 

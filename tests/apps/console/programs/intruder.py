@@ -1,4 +1,4 @@
-"""A peer that is no ROS 2 program: it announces a node, a topic and a type whose names are markup.
+"""A peer that is not a ROS 2 program: it announces a node, a topic and a type whose names are markup.
 
 It speaks plain Zenoh, for no ROS 2 library lets such names pass.
 """
