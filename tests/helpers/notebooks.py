@@ -4,13 +4,34 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Any, Self
 
 from helpers.patience import NOTEBOOK
 from jupyter_client.manager import KernelManager
+
+
+@contextmanager
+def _standing_kernel(cwd: Path, env: Mapping[str, str]) -> Iterator[KernelManager]:
+    """Start a kernel, and end it after the block.
+
+    Its sockets are files: Jupyter chooses TCP ports some time before the kernel takes them, and other
+    programs of the machine may have taken one by then.
+    """
+    with TemporaryDirectory() as folder:  # with a short path: a socket's path has about a hundred characters
+        manager = KernelManager(
+            kernel_name='python3', transport='ipc', connection_file=f'{folder}/kernel.json'
+        )
+        manager.start_kernel(cwd=str(cwd), env=dict(env))
+        try:
+            yield manager
+        finally:
+            manager.shutdown_kernel(now=True)
+            manager.cleanup_resources()
 
 
 class Notebook:
@@ -20,13 +41,15 @@ class Notebook:
     """
 
     def __init__(self, cwd: Path, env: Mapping[str, str]) -> None:
-        self._manager = KernelManager(kernel_name='python3')
-        self._manager.start_kernel(cwd=str(cwd), env=dict(env))
-        provisioner: Any = self._manager.provisioner
-        self._pid: int = provisioner.pid
-        self._client = self._manager.blocking_client()
-        self._client.start_channels()
-        self._client.wait_for_ready(timeout=NOTEBOOK)
+        with ExitStack() as undo:
+            self._manager = undo.enter_context(_standing_kernel(cwd, env))
+            provisioner: Any = self._manager.provisioner
+            self._pid: int = provisioner.pid
+            self._client = self._manager.blocking_client()
+            undo.callback(self._client.stop_channels)
+            self._client.start_channels()
+            self._client.wait_for_ready(timeout=NOTEBOOK)
+            self._ending = undo.pop_all()
 
     def __enter__(self) -> Self:
         return self
@@ -34,9 +57,7 @@ class Notebook:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._client.stop_channels()
-        self._manager.shutdown_kernel(now=True)
-        self._manager.cleanup_resources()
+        self._ending.close()
 
     def run(self, cell: str, *, interrupted_after: str | None = None) -> str:
         """Run a cell and return its output; Interrupt is pressed once it has printed that line."""
