@@ -36,7 +36,17 @@ def world(request: pytest.FixtureRequest) -> Iterator[tuple[str, Side]]:
         for number, robot in enumerate(('alpha', 'albert', 'beta')):
             robots.token(token(robot, number))
             robots.serve(f'0/{robot}/switch', b'done')
+        await_robots(where, 3)
         yield where, robots
+
+
+def await_robots(where: str, number: int) -> None:
+    """Wait until the router knows the tokens and the servers of so many robots."""
+    with ExitStack() as stack:
+        [link] = open_wire(where, '*', stack).session.protocol.links
+        told = link.peer
+        wait_for(lambda: len(set(told.tokens.values())) == number, 'the tokens of the robots')
+        wait_for(lambda: sum(1 for _ in told.queryables.meeting('0/*/switch')) == number, 'their servers')
 
 
 def open_wire(where: str, pattern: str, stack: ExitStack) -> NativeWire:
