@@ -17,8 +17,8 @@ class ForkableLock(RLock):  # type: ignore[misc]  # final in mypy's stubs, and n
     """A re-entrant lock for `with`. In a forked child it is a new free lock, unless the forking thread itself
     held it.
 
-    It inherits `__enter__`, which is written in C. In an `__enter__` of Python's, a signal handler could raise
-    after the lock was taken, and nobody would release it.
+    It inherits `__enter__`, which is written in C. In an `__enter__` of Python's, a signal handler could
+    raise after the lock was taken, and nobody would release it.
     """
 
     __slots__ = ()
