@@ -21,7 +21,7 @@ from time import monotonic_ns, sleep
 from typing import Protocol
 
 from goalwire.concurrency.forks import reset_in_children
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.concurrency.wire_poller import Sleeper, WirePoller
 from goalwire.errors import TransportError
 
@@ -187,7 +187,7 @@ class LeaderFollowers(WirePoller):
         with self._starting:
             if self._thread is None and not self._closed:
                 self._thread = Thread(target=self._stand_by, name=self._name, daemon=True)
-                self._thread.start()
+                begin(self._thread)
 
     def leads(self) -> bool:
         """True if the calling thread is the leader, which waits on the wire and delivers."""

@@ -15,6 +15,7 @@ from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
+from goalwire.concurrency.threads import begin
 from goalwire.durable_files import DurableFile
 from goalwire.errors import JournalError
 from goalwire.execution.future import Future
@@ -82,7 +83,7 @@ class JournalFile:
         self._closing = Lock()
         self._closed = False
         self._thread = Thread(target=self._work, name='goalwire-goals', daemon=True)
-        self._thread.start()
+        begin(self._thread)
 
     def _prepare(self) -> None:
         (found,) = self._db.execute('PRAGMA user_version').fetchone()

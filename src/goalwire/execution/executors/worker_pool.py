@@ -6,6 +6,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from goalwire.concurrency.exits import Stage, at_exit
+from goalwire.concurrency.threads import begin
 from goalwire.execution.time.steady_clock import STEADY
 from goalwire.weak_members import WeakMembers
 
@@ -69,7 +70,7 @@ class WorkerPool:
             self._threads.add(thread)
             self.serving.add(thread)
             try:
-                thread.start()
+                begin(thread)
             except RuntimeError:  # Python refuses a further thread
                 self._threads.discard(thread)
                 self.serving.discard(thread)

@@ -31,7 +31,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from goalwire.concurrency.exits import Stage, at_exit
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.errors import InvalidHandle
 from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.signals.signal_pipe import is_pipe_open, signal_pipe
@@ -87,7 +87,7 @@ class SignalListener:
             signal.signal(signal.SIGURG, _answer)
         self._pipe.take()
         self._thread = threading.Thread(target=self._listen, name='goalwire-signals', daemon=True)
-        self._thread.start()
+        begin(self._thread)
         LISTENING.append(self)
 
     def hears(self) -> bool:

@@ -9,7 +9,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Protocol
 from weakref import ref
 
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.execution.waiters import Waiter
 from goalwire.weak_members import WeakMembers
 
@@ -200,7 +200,7 @@ class TimerThread:
                 self._thread = threading.Thread(
                     target=self._run, args=(waiter,), name=self._name, daemon=True
                 )
-                self._thread.start()
+                begin(self._thread)
 
     def _on_earlier(self) -> None:
         due, awake_at, waiter = self._timer_heap.earliest, self._awake_at, self._waiter

@@ -8,7 +8,7 @@ from heapq import heappop, heappush
 from threading import Event, Lock, Thread, current_thread
 from typing import Any, Protocol
 
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.fault_reports import report_failure
 from goalwire.transport.faults.kinds import Path
 
@@ -92,7 +92,7 @@ class DelayQueue:
         heappush(self._heap, (due, self._serial, path, deliver))
         if self._thread is None:
             self._thread = Thread(target=self._run, name='goalwire-faults', daemon=True)
-            self._thread.start()
+            begin(self._thread)
         elif self._heap[0][1] == self._serial:
             self._waiter.wake()
 

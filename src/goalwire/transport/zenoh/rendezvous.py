@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.concurrency.forks import forks_wait, in_child, leak, open_privately
 from goalwire.concurrency.sigpipe import NO_SIGPIPE
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.errors import ForkedError, TransportError
 from goalwire.fault_reports import LOGGER
 from goalwire.patterns import Pattern
@@ -224,7 +224,7 @@ class EmbeddedRouter:
         self._thread: Thread | None = None
         if is_taken(self._endpoints) or not self._take_port():
             self._thread = Thread(target=self._retry, name=f'rendezvous {port}', daemon=True)
-            self._thread.start()
+            begin(self._thread)
 
     @property
     def is_open(self) -> bool:

@@ -11,7 +11,7 @@ from _thread import allocate_lock
 from contextlib import suppress
 from threading import Thread
 
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.zenoh.protocol.outgoing import Outgoing
 
 HOLD_S = 0.001
@@ -48,7 +48,7 @@ class Flusher:
     def _start(self) -> None:
         self._thread = Thread(target=self._run, name=self._name, daemon=True)
         try:
-            self._thread.start()
+            begin(self._thread)
         except RuntimeError:  # no thread can start: the interpreter ends, or too many run
             self._thread = None
             self.flush()

@@ -20,7 +20,7 @@ from ctypes import c_uint64
 from threading import Lock, Thread, get_ident
 
 from goalwire.concurrency.forks import ForkGuard
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.errors import LocalError
 from goalwire.fault_reports import report_failure
 from goalwire.transport.dds.cyclone.abi import TIMEOUT
@@ -167,7 +167,7 @@ class QueueingWriter(Writer):
         self._held_up = True
         if self._thread is None:
             self._thread = Thread(target=self._send_late, name='goalwire-dds-late', daemon=True)
-            self._thread.start()
+            begin(self._thread)
 
     def _send_late(self) -> None:
         """Send the waiting messages in order, until `write` can send directly again."""

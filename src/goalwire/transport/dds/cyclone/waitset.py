@@ -15,7 +15,7 @@ from itertools import count
 from threading import Lock
 
 from goalwire.concurrency.leader_followers import LeaderFollowers
-from goalwire.concurrency.threads import join_begun
+from goalwire.concurrency.threads import begin, join_begun
 from goalwire.fault_reports import report_failure
 from goalwire.transport.dds.cyclone.abi import INFINITY
 from goalwire.transport.dds.cyclone.wire import Participant, check
@@ -118,7 +118,7 @@ class WaitsetThread:
         with self._lock:
             if self._thread is None and not self._stopping:
                 self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
-                self._thread.start()
+                begin(self._thread)
         self._set.watch(condition, handler)
 
     def on_wake(self, handler: Callable[[], None]) -> None:
