@@ -258,11 +258,12 @@ def test_programs_for_nav2_find_what_they_wait_for(robot: Robot, nav2: Senders) 
         answer = client.call(GetState.Request(), timeout_sec=10.0)
         assert answer is not None
         assert answer.current_state.label == 'active'
-    planned = ComputePathToPose.Goal(goal=pose(9.0, 9.0), start=pose(0.0, 0.0), use_start=True)
+    # In the room of the robot: a person who stands in a doorway closes the ways to others.
+    planned = ComputePathToPose.Goal(goal=pose(4.0, 2.0), start=pose(0.0, 0.0), use_start=True)
     with nav2.send(ComputePathToPose, 'compute_path_to_pose', planned) as run:
         run.finish()
     assert run.status == 'SUCCEEDED'
-    assert run.result.path.poses[-1].pose.position.x == 9.0
+    assert run.result.path.poses[-1].pose.position.x == 4.0
 
 
 def test_initialpose_moves_the_robot_on_its_map_and_the_scan_corrects_it(robot: Robot) -> None:
