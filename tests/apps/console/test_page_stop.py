@@ -324,7 +324,7 @@ def test_a_robot_that_says_stopped_and_is_not_is_told(world: World, page: Any) -
 def test_the_banner_says_what_the_robot_says_and_release_asks_once(world: World, page: Any) -> None:
     world.stage.command('ros2 service call /alice/emergency_stop std_srvs/srv/SetBool "{data: true}"')
     page.wait_for_selector('[data-banner=stopped]:has-text("/alice is stopped")')
-    assert page.inner_text('[data-reason]') == '/operator called the service'
+    page.wait_for_selector('[data-reason]:text-is("/operator called the service")')
     page.click('[data-release]')
     page.wait_for_selector('.q-dialog:has-text("Release /alice?"):has-text("/operator called the service")')
     assert page.locator('.q-dialog >> text=Do not ask again').is_hidden()
