@@ -1,10 +1,11 @@
 """A simulated fleet: python -m benchmarks.fleet [--robots 1,10,100] [--sites 1] [--slow] [--kill site-0].
 python -m benchmarks.fleet --robots 20 --sites 3 --slow --chaos MINUTES
 
-Robots with the humanoid's names, each with a session and a certificate of its own, some in a process, dial
-the routers of their sites. These dial a cloud, and an operator comes to the cloud, all with mutual TLS and
-the rules of `goalwire fleet init`. With --slow each robot's and each site's link is a relay: 100 ms late,
-10 Mbit/s, with a stall of up to 5 s about each minute, and breaks about once an hour (--break-every).
+Robots with the humanoid's names (or with a few of them, as `goalwire fleet join --allow` lets out: --names
+few), each with a session and a certificate of its own, some in a process, dial the routers of their sites.
+These dial a cloud, and an operator comes to the cloud, all with mutual TLS and the rules of
+`goalwire fleet init`. With --slow each robot's and each site's link is a relay: 100 ms late, 10 Mbit/s,
+with a stall of up to 5 s about each minute, and breaks about once an hour (--break-every).
 Printed for each number of robots: the time until all are up; what the operator's session is sent and the time
 until it knows one robot, with `robots=` and (but for --scoped) without; what one robot's session is sent;
 memory and processor time of the routers at rest. At last goals are sent to all robots, once for each router
@@ -45,7 +46,7 @@ def standing(robots: int, chosen: argparse.Namespace) -> Iterator[tuple[Layout, 
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         slow = (*SLOW, '--break-every', str(chosen.break_every))
         links = slow if chosen.slow else QUICK if chosen.chaos else ()
-        layout = Layout(folder, robots, chosen.sites, chosen.per_process, links, stack)
+        layout = Layout(folder, robots, chosen.names, chosen.sites, chosen.per_process, links, stack)
         layout.begin_routers()
         started = time.monotonic()
         programs = layout.serve()
@@ -136,6 +137,9 @@ def main() -> None:
     """Measure fleets of some sizes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--robots', default='1,10,100', help='numbers of robots')
+    parser.add_argument(
+        '--names', choices=('all', 'few'), default='all', help='the names of the humanoid that a robot has'
+    )
     parser.add_argument('--sites', type=int, default=1)
     parser.add_argument('--per-process', type=int, default=25, help='robots in one process')
     parser.add_argument(

@@ -29,11 +29,22 @@ class Layout:
     """A cloud, sites that dial it, robots that dial the sites in turn, and an operator at the cloud."""
 
     def __init__(
-        self, folder: Path, robots: int, sites: int, per_process: int, links: Sequence[str], stack: ExitStack
+        self,
+        folder: Path,
+        robots: int,
+        offers: str,
+        sites: int,
+        per_process: int,
+        links: Sequence[str],
+        stack: ExitStack,
     ) -> None:
-        """Write the keystore and the settings. `links` are options of slow_links, if it relays the links."""
+        """Write the keystore and the settings. `links` are options of slow_links, if it relays the links.
+
+        `offers` says which names of the humanoid each robot has: 'all' or 'few'.
+        """
         self.folder = folder
         self.robots = robots
+        self._offers = offers
         self.sites = [f'site-{number}' for number in range(sites)]
         self.per_process = per_process
         self.running: dict[str, subprocess.Popen[str]] = {}
@@ -125,7 +136,9 @@ class Layout:
         programs = []
         for first in range(0, self.robots, self.per_process):
             last = min(first + self.per_process, self.robots)
-            programs.append(self._start(['-c', ROBOTS, str(self.folder), str(first), str(last)]))
+            programs.append(
+                self._start(['-c', ROBOTS, str(self.folder), str(first), str(last), self._offers])
+            )
         for each in programs:
             expect(each, 'ready')
         return programs

@@ -15,6 +15,9 @@ TOPICS = (
 SERVICES = 'get_joint_state get_battery_status emergency_stop get_up front_door get_state'.split()
 ACTIONS = 'navigate walk left_arm right_arm hands speak'.split()
 folder, first, last = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+if sys.argv[4] == 'few':
+    TOPICS, ACTIONS = ('battery_state', 'emergency_stopped', 'emergency_stop_status'), ('navigate',)
+    SERVICES = ('get_joint_state', 'get_battery_status', 'emergency_stop')
 
 def note(file, what):
     with open(f'{folder}/{file}', 'a') as lines:
@@ -51,8 +54,9 @@ async def main():
 
 asyncio.run(main())
 """
-"""Arguments: a folder, the first robot, the robot after the last. Each line of the input asks for the number
-of tokens that the first robot's session has been sent."""
+"""Arguments: a folder, the first robot, the robot after the last, and 'all' names of the humanoid or 'few',
+which an operator needs: battery, stop, joint states and one action. Each line of the input asks for the
+number of tokens that the first robot's session has been sent."""
 
 OPERATOR = """
 import asyncio, json, sys, time
