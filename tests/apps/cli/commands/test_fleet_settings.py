@@ -83,6 +83,16 @@ def test_a_cloud_dials_nobody_and_listens_where_it_is_told(desk: Desk) -> None:
     assert _endpoints(settings, 'listen') == ['tls/10.0.0.1:7447', 'tls/[::1]:7500']
 
 
+def test_a_fleet_whose_keys_may_not_fit_on_a_link_is_told_what_to_do(desk: Desk) -> None:
+    alpha = desk.keystore.identity_path('alpha')
+    for number in range(594):
+        shutil.copy(alpha, alpha.with_name(f'r{number}.pem'))
+    ended = desk('init cloud')
+    assert (ended.code, ended.out.partition(';')[0]) == (0, 'cloud.json5 is written')
+    assert ended.err.startswith('596 robots: a link between routers carries 65,535 keys')
+    assert ended.err.endswith('goalwire fleet join ROBOT --allow NAME\n')
+
+
 def test_the_router_of_a_robot_keeps_its_programs_on_its_machine(desk: Desk) -> None:
     settings = desk.write(f'{JOIN} --port 7460 --keys-there /etc/keys --rate camera/image=2', 'alpha.json5')
     assert _endpoints(settings, 'listen') == ['tcp/127.0.0.1:7460']

@@ -28,6 +28,12 @@ _EVERYTHING = ('**', f'{GRAPH_SPACE}/**', '**/@adv/**')
 LEASE_MS = 10_000
 """Milliseconds of silence after which a router counts as gone: radio links fail without any message."""
 
+MOST_KEYS = 65_535
+"""The keys that a link between two routers carries at most, in both directions together: Zenoh numbers them
+with 16 bits. With more keys eclipse-zenoh's router (1.10.2) searches for a free number for ever."""
+KEYS_OF_A_HUMANOID = 110
+"""The keys of a robot with all of the humanoid's names, counted on the wire."""
+
 
 @record
 class Uplink:

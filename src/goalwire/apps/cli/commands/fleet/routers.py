@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from goalwire.apps.cli.commands.secure.keystores import add_keystore_argument, find_folder, open_keystore
 from goalwire.apps.cli.framework.numbers import port_to_name
 from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.output import tell
 from goalwire.rules.names.robots import check_pattern
 from goalwire.security.environment import Chosen
 
@@ -59,13 +60,20 @@ def write_router(arguments: Namespace, output: Output) -> Outcome:
     revoked = keystore.list_revoked()
     kinds = {name: kind_of(keystore.identity(name).certificate) for name in keystore.names()}
     there = {name: each for name, each in kinds.items() if name not in revoked and name != arguments.name}
+    robots = [name for name, each in there.items() if each == 'robot']
     settings = fleet.site_router(
         identity,
         arguments.listen or [str(each) for each in built_in.everywhere(PORT)],
         arguments.router,
-        [name for name, each in there.items() if each == 'robot'],
+        robots,
         [name for name, each in there.items() if each != 'robot'],
     )
+    if len(robots) * fleet.KEYS_OF_A_HUMANOID > fleet.MOST_KEYS:
+        tell(
+            f'{len(robots)} robots: a link between routers carries {fleet.MOST_KEYS:,} keys, '
+            f"and a robot with all of the humanoid's names has {fleet.KEYS_OF_A_HUMANOID}. "
+            'Choose the names that leave each robot: goalwire fleet join ROBOT --allow NAME'
+        )
     start = 'carry it to its machine, and run there: ZENOH_ROUTER_CONFIG_URI={file} goalwire router'
     return write_settings(arguments, settings, start, output)
 
