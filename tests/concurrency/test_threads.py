@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import sys
 import threading
 
 import pytest
@@ -26,45 +24,24 @@ def test_one_that_never_began_is_not_waited_for() -> None:
     assert not join_begun(threading.Thread(target=print))
 
 
-@pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
-def test_a_thread_begins_although_a_handler_raises_meanwhile() -> None:
+def test_a_handler_that_raises_as_a_thread_has_begun_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     class Late(Exception):
         pass
 
-    class Interrupted(threading.Thread):
-        """Has the main thread run its handler before the start goes on."""
-
-        def start(self) -> None:
-            signal.pthread_kill(main, signal.SIGALRM)
-            assert soon(rang)
-            super().start()
-
-    def ring(*_: object) -> None:
-        rang.set()
+    def start_as_python(*arguments: object, **options: object) -> None:
+        """Start the thread; once it has ended, raise as a handler does."""
+        real_start(*arguments, **options)
+        assert soon(ended)
+        thread.join(PATIENCE)
         raise Late
 
-    main, rang, ran = threading.get_ident(), threading.Event(), threading.Event()
-    thread = Interrupted(target=ran.set)
-    before = signal.signal(signal.SIGALRM, ring)
-    try:
-        with pytest.raises(Late):
-            begin(thread)
-    finally:
-        signal.signal(signal.SIGALRM, before)
-    assert soon(ran)
-    thread.join(PATIENCE)
-
-
-def test_a_thread_that_python_refuses_is_an_error_of_its_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
-    thread = threading.Thread(target=print)
-    monkeypatch.setattr(thread, 'start', refuse)
-    with pytest.raises(RuntimeError, match='no further thread'):
+    name = '_start_joinable_thread' if hasattr(threading, '_start_joinable_thread') else '_start_new_thread'
+    real_start = getattr(threading, name)
+    ended = threading.Event()
+    thread = threading.Thread(target=ended.set)
+    monkeypatch.setattr(threading, name, start_as_python)
+    with pytest.raises(Late):
         begin(thread)
-
-
-def refuse() -> None:
-    """Do as `Thread.start` does if the system has no room for another thread."""
-    raise RuntimeError('no further thread')
 
 
 def test_timers_end_although_ctrl_c_came_as_their_thread_was_started(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,35 +2,19 @@
 
 from __future__ import annotations
 
-from _thread import allocate_lock, start_new_thread
-from threading import Thread, get_ident, main_thread
+from threading import Thread
 
 
 def begin(thread: Thread) -> None:
-    """Start a thread, also if the handler of a signal raises meanwhile: that exception comes out of here.
+    """Start a thread. If the handler of a signal raises meanwhile, raise that exception.
 
-    Such an exception in the midst of `Thread.start` may keep the thread from running, or become a KeyError.
-    So if this is the main thread, where handlers run, another thread calls `Thread.start`.
+    `Thread.start` then takes the thread out of a table of threads that have not begun yet. If the thread has
+    begun, it is not in that table any more, and a KeyError would hide the exception of the handler.
     """
-    if get_ident() != main_thread().ident:
+    try:
         thread.start()
-        return
-    errors: list[BaseException] = []
-    has_started = allocate_lock()
-    has_started.acquire()
-
-    def start() -> None:
-        try:
-            thread.start()
-        except BaseException as error:
-            errors.append(error)
-        finally:
-            has_started.release()
-
-    start_new_thread(start, ())  # a function of C: no handler runs in the midst of it
-    has_started.acquire()
-    if errors:
-        raise errors[0]
+    except KeyError as error:
+        raise error.__context__ or error from None
 
 
 def join_begun(thread: Thread, timeout_s: float | None = None) -> bool:
