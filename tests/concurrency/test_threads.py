@@ -44,6 +44,21 @@ def test_a_handler_that_raises_as_a_thread_has_begun_is_not_hidden(monkeypatch: 
         begin(thread)
 
 
+def test_a_handlers_own_key_error_stays_also_while_another_error_is_handled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def start() -> None:
+        raise KeyError('mine')
+
+    thread = threading.Thread(target=print)
+    monkeypatch.setattr(thread, 'start', start)
+    try:
+        raise ValueError('another')  # noqa: TRY301 - it is being handled, as in a program
+    except ValueError:
+        with pytest.raises(KeyError, match='mine'):
+            begin(thread)
+
+
 def test_timers_end_although_ctrl_c_came_as_their_thread_was_started(monkeypatch: pytest.MonkeyPatch) -> None:
     def start(thread: threading.Thread) -> None:
         raise KeyboardInterrupt

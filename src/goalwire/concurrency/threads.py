@@ -14,7 +14,9 @@ def begin(thread: Thread) -> None:
     try:
         thread.start()
     except KeyError as error:
-        raise error.__context__ or error from None
+        if error.__context__ is None or error.args != (thread,):
+            raise  # it is the handler's own
+        raise error.__context__ from None
 
 
 def join_begun(thread: Thread, timeout_s: float | None = None) -> bool:
