@@ -45,7 +45,7 @@ if hasattr(signal, 'SIGHUP') and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 def nothing_left_behind() -> Iterator[None]:
     """Fail a test that leaves a thread, an executor, a session, a file or a network socket behind."""
     claim_slot()
-    signal_pipe()  # which stays open as long as the process
+    signal_pipe('listener'), signal_pipe('loop')  # they stay open as long as the process
     before = Inventory()
     yield
     assert _running_executors() == [], 'executors that still count as running on this thread'

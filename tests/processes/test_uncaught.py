@@ -5,12 +5,10 @@ from __future__ import annotations
 import re
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from helpers.markdown import ROOT, blocks
-from helpers.patience import wait_for
 from helpers.processes import Program
 from helpers.programs import server_of_programs
 
@@ -284,23 +282,14 @@ def test_the_readmes_programs_end_quietly_at_ctrl_c(
 
 
 def test_asyncios_programs_do_too(tmp_path: Path, isolated: dict[str, str]) -> None:
-    """Their loop sleeps when Ctrl-C comes: asyncio.run may miss a signal just before that."""
-    _ends_quietly(script(tmp_path, ASYNCIO), isolated, _sleeps)
+    _ends_quietly(script(tmp_path, ASYNCIO), isolated)
 
 
-def _sleeps(program: Program) -> bool:
-    """Return whether the main thread sleeps; True on systems that do not say."""
-    stat = Path(f'/proc/{program.pid}/stat')
-    return not stat.exists() or stat.read_text(encoding='utf-8').rpartition(')')[2].split()[0] == 'S'
-
-
-def _ends_quietly(file: Path, env: dict[str, str], is_due: Callable[[Program], bool] | None = None) -> None:
-    """Send Ctrl-C to a program that is ready, and for which `is_due` is true."""
+def _ends_quietly(file: Path, env: dict[str, str]) -> None:
+    """Send Ctrl-C to a program that is ready."""
     with run(file, env) as program:
         program.expect('^ready$')
         told = program.output
-        if is_due is not None:
-            wait_for(lambda: is_due(program), 'the right moment for Ctrl-C')
         program.send_signal(signal.SIGINT)
         assert program.wait() == -signal.SIGINT
         assert program.output == told

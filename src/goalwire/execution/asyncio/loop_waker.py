@@ -19,6 +19,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 from weakref import WeakKeyDictionary, ref
 
+from goalwire.execution.asyncio.loop_signals import stop_waking_for_signals, wake_for_signals
+
 if TYPE_CHECKING:
     from collections.abc import Generator
     from contextvars import Context
@@ -36,7 +38,7 @@ class Awaitable(Protocol):
 
 
 WAKE_FDS: set[int] = set()
-"""The eventfds that wake asyncio loops. Virtual time treats them like the loops' own descriptors."""
+"""The descriptors that wake asyncio loops. Virtual time treats them like the loops' own descriptors."""
 
 _wakers: WeakKeyDictionary[asyncio.AbstractEventLoop, AsyncioLoopWaker] = WeakKeyDictionary()
 
@@ -199,25 +201,32 @@ def _nothing() -> None:
 
 class AsyncioLoopWaker(LoopWaker):
     """Wakes a loop that goalwire did not make: by an eventfd between `open` and `close`, else by
-    `call_soon_threadsafe`.
+    `call_soon_threadsafe`. Between `open` and `close` signals wake the loop, too.
     """
 
-    __slots__ = ('_loop', '_users', '_wake_fd')
+    __slots__ = ('_loop', '_signal_fd', '_users', '_wake_fd')
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(self._ask_loop)
         self._loop = ref(loop)  # weak: `_wakers` keeps this waker, which must not keep the loop
         self._users = 0
-        self._wake_fd = -1
+        self._wake_fd = self._signal_fd = -1
 
     def open(self) -> None:
-        """Have the loop watch an eventfd, if the system has them, until each `open` was followed by a
-        `close`. To be called on the loop's thread.
+        """Have the loop watch an eventfd, if the system has them, and signals, until each `open` was followed
+        by a `close`. To be called on the loop's thread.
         """
         self._users += 1
         loop = self._loop()
-        if self._wake_fd >= 0 or loop is None or not hasattr(os, 'eventfd'):
+        if loop is None:
             return
+        if self._signal_fd < 0 <= (fd := wake_for_signals(loop)):
+            self._signal_fd = fd
+            WAKE_FDS.add(fd)
+        if self._wake_fd < 0 and hasattr(os, 'eventfd'):
+            self._watch_eventfd(loop)
+
+    def _watch_eventfd(self, loop: asyncio.AbstractEventLoop) -> None:
         with suppress(OSError, NotImplementedError):  # too many open files, or the loop cannot watch files
             wake_fd = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
             try:
@@ -235,19 +244,30 @@ class AsyncioLoopWaker(LoopWaker):
         """
         self._users -= 1
         loop = self._loop()
-        if self._users or self._wake_fd < 0 or loop is None:
+        if self._users or loop is None:
+            return
+        self._stop_waking_for_signals(loop)
+        if self._wake_fd < 0:
             return
         loop.remove_reader(self._wake_fd)
         if not self._close_wake_fd() and not loop.is_closed():
             loop.call_soon(self.run_pending)
 
     def abandon(self) -> None:
-        """Close the eventfd after its loop was closed; later calls are dropped. Callable from any thread."""
+        """Close the eventfd of a closed loop; later calls are dropped. Callable from any thread."""
+        loop = self._loop()
+        if loop is not None:
+            self._stop_waking_for_signals(loop)
         if self._wake_fd < 0 or self._close_wake_fd():
             return
         self._wake = self._next_wake  # else `run_pending` does so, but the closed loop never runs it
         self.calls.clear()
         self.asleep.append(None)
+
+    def _stop_waking_for_signals(self, loop: asyncio.AbstractEventLoop) -> None:
+        if self._signal_fd >= 0:
+            self._signal_fd = -1
+            stop_waking_for_signals(loop)
 
     def _close_wake_fd(self) -> bool:
         """Close the eventfd once no thread writes to it; False if the loop still has calls to make.

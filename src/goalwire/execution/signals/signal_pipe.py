@@ -18,6 +18,7 @@ import signal
 import sys
 import warnings
 from contextlib import suppress
+from typing import Literal
 
 Identity = tuple[int, int]
 """Device and inode: they identify the file behind a descriptor."""
@@ -149,23 +150,30 @@ def _restore(owner: int) -> bool:
     return True
 
 
-_pipes: list[SignalPipe] = []
+Reader = Literal['listener', 'loop']
+"""Who reads a pipe: the thread of the signal handlers, or the asyncio loop of the main thread.
+
+Each reader has a pipe of its own. Else one of them would take numbers from the other.
+"""
+
+_pipes: dict[Reader, SignalPipe] = {}
 
 
-def signal_pipe() -> SignalPipe:
-    """Return the pipe of this process, which the first call opens."""
-    if not _pipes:
-        _pipes.append(SignalPipe())
-    return _pipes[0]
+def signal_pipe(reader: Reader = 'listener') -> SignalPipe:
+    """Return the pipe of a reader in this process, which the first call opens."""
+    pipe = _pipes.get(reader)
+    if pipe is None:
+        pipe = _pipes[reader] = SignalPipe()
+    return pipe
 
 
 def is_pipe_open() -> bool:
-    """Tell whether this process has opened its pipe."""
+    """Tell whether this process has opened a pipe."""
     return bool(_pipes)
 
 
 def _renew_in_child() -> None:
-    for pipe in _pipes:
+    for pipe in _pipes.values():
         pipe.renew_in_child()
 
 
