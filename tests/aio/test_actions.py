@@ -238,6 +238,18 @@ def test_leaving_the_block_cancels_the_goal_and_waits_for_its_end(
     run(scenario(), loop)
 
 
+async def _call_until(event: asyncio.Event, client: Client) -> None:
+    """Send a goal, and let a deadline end the call at `event`."""
+
+    async def expire() -> None:
+        await event.wait()
+        limit.reschedule(0.0)
+
+    async with asyncio.timeout(None) as limit, asyncio.TaskGroup() as group:
+        group.create_task(expire())
+        await client.call(order=0)
+
+
 def test_cancelling_the_task_cancels_the_goal(play: Play) -> None:
     async def scenario() -> None:
         async with arena() as (client, counter, _):
@@ -247,9 +259,9 @@ def test_cancelling_the_task_cancels_the_goal(play: Play) -> None:
             with pytest.raises(asyncio.CancelledError):
                 await calling
             assert counter.ended == ['cancelled']
+            counter.began.clear()
             with pytest.raises(TimeoutError):
-                async with asyncio.timeout(0.02):
-                    await client.call(order=0)
+                await _call_until(counter.began, client)
             assert counter.ended == ['cancelled'] * 2
 
     play(scenario)

@@ -10,6 +10,9 @@ from helpers.patience import PATIENCE
 
 T = TypeVar('T')
 
+_TOLD = 5
+"""The number of the last items that a failure shows."""
+
 
 class Collector(Generic[T]):
     """A list that can be waited on; an instance is itself the callback that fills it."""
@@ -41,12 +44,15 @@ class Collector(Generic[T]):
         """Wait until `number` items or more have come and return all."""
         with self._changed:
             came = self._changed.wait_for(lambda: len(self._items) >= number, timeout)
-            assert came, f'{len(self._items)} of {number} came within {timeout} s: {self._items}'
+            assert came, f'{len(self._items)} of {number} came within {timeout} s: {self._tell()}'
             return list(self._items)
 
     def wait_for(self, predicate: Callable[[list[T]], bool], timeout: float = PATIENCE) -> list[T]:
         """Wait until what has come is as `predicate` wants it, and return it."""
         with self._changed:
             came = self._changed.wait_for(lambda: predicate(self._items), timeout)
-            assert came, f'not as wanted within {timeout} s: {self._items}'
+            assert came, f'not as wanted within {timeout} s: {self._tell()}'
             return list(self._items)
+
+    def _tell(self) -> str:
+        return ('…, ' if len(self._items) > _TOLD else '') + ', '.join(map(repr, self._items[-_TOLD:]))

@@ -11,7 +11,6 @@ import pytest
 import rclpy
 from geometry_msgs.msg import WrenchStamped
 from helpers.collector import Collector
-from helpers.patience import PATIENCE
 from helpers.processes import Program
 from helpers.robot import humanoid
 from nav_msgs.msg import Odometry
@@ -124,7 +123,7 @@ def test_a_driver_that_is_killed_leaves_the_robot_in_a_stand(
         driver.send_signal(signal.SIGKILL)
         driver.wait()
     simulation.expect('Stopped: no newer velocity came for 0.5 s')
-    last = truths.expect(len(truths.items) + 200, PATIENCE)[-50:]  # 4 s of its time, the last second of them
+    last = truths.expect(len(truths.items) + 125)[-25:]  # 2.5 s of its time, and the last half second
     assert max(abs(each.twist.twist.linear.x) for each in last) < 0.05
     assert min(each.pose.pose.position.z for each in last) > 0.7
     assert 'has fallen' not in simulation.output
