@@ -12,7 +12,13 @@ from pathlib import Path
 from typing import TypeAlias
 
 import pytest
-from helpers.isolation import claim_slot, isolated_env, keep_bytecode, log_directory
+from helpers.isolation import (
+    claim_slot,
+    isolated_env,
+    keep_bytecode,
+    keep_runs_within_runs_apart,
+    log_directory,
+)
 from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 from hypothesis import HealthCheck, settings
@@ -39,6 +45,13 @@ if hasattr(signal, 'SIGHUP') and signal.getsignal(signal.SIGHUP) is signal.SIG_I
     # `nohup` makes the tests deaf to a closed terminal, and they stay so: a handler of Python's does nothing
     # here, and the programs that tests start do not inherit it.
     signal.signal(signal.SIGHUP, lambda _number, _frame: None)
+
+
+@pytest.fixture(autouse=True, scope='session')
+def runs_within_this_run(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep the files of pytest's runs that tests start apart from those of this run."""
+    tmp_path_factory.getbasetemp()  # first, so that this run's own folder stays where it is
+    keep_runs_within_runs_apart()
 
 
 @pytest.fixture(autouse=True)

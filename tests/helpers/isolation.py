@@ -90,9 +90,22 @@ def fresh_domain() -> int:
 @cache
 def log_directory() -> Path:
     """Return where the processes of this test run put their log files; it goes with the run."""
-    directory = Path(tempfile.mkdtemp(prefix='goalwire-tests-'))
-    atexit.register(shutil.rmtree, directory, ignore_errors=True)
-    return directory
+    return _own_folder()
+
+
+def keep_runs_within_runs_apart() -> None:
+    """Have pytest, where a test starts it, use a folder of its own for temporary files.
+
+    In the folder of all runs it would clear up after earlier ones: that can take minutes.
+    """
+    os.environ['PYTEST_DEBUG_TEMPROOT'] = str(_own_folder())
+
+
+def _own_folder() -> Path:
+    """Make a folder that goes with this test run."""
+    folder = Path(tempfile.mkdtemp(prefix='goalwire-tests-'))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def keep_bytecode() -> None:
