@@ -62,6 +62,11 @@ class Collector(ReaderListener):
         """The payloads that have come, in order."""
         return [None if sample.payload is None else bytes(sample.payload) for sample in self.samples]
 
+    @property
+    def last(self) -> bytes | bytearray | None:
+        """The payload that came last; None if nothing has come. It costs less than all of them."""
+        return self.samples[-1].payload if self.samples else None
+
     def on_sample(self, sample: Sample) -> None:
         self.samples.append(sample)
         self.on_any(sample)
