@@ -1,6 +1,7 @@
-"""A session or a router of eclipse-zenoh that shares memory: eclipse_side.py ROLE MODE ADDRESS COUNT
+"""eclipse-zenoh that shares memory, a session or a router: eclipse_side.py ROLE MODE ADDRESS COUNT [LOCKABLE]
 
 ROLE is `router`, `subscriber` or `publisher`; MODE `listen`, `connect`, or `client` of a router.
+With LOCKABLE the user `nobody` runs it, who may lock so many KiB in memory.
 """
 
 import json
@@ -10,6 +11,7 @@ import zlib
 from random import Random
 
 import zenoh
+from nobody import become_nobody
 
 SIZES = (10, 1000, 3000, 60_000, 200_000, 1_000_000)
 
@@ -78,7 +80,9 @@ def send(session: zenoh.Session, count: int) -> None:
 
 
 def main() -> None:
-    role, mode, address, count = sys.argv[1:]
+    role, mode, address, count, *options = sys.argv[1:]
+    if options:
+        become_nobody(int(options[0]))
     session = zenoh.open(configure(role, mode, address))
     if role == 'subscriber':
         receive(session, int(count))

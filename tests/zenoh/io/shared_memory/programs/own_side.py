@@ -1,14 +1,23 @@
-"""A session of goalwire's that shares memory with its own kind: own_side.py ROLE ADDRESS COUNT
+"""A session of goalwire's that shares memory: own_side.py ROLE ADDRESS COUNT [LOCKABLE [all]]
 
 ROLE is `subscriber`, which counts what came whole, or `publisher`, which sends without end if COUNT is 0.
+With LOCKABLE the user `nobody` runs it, who may lock so many KiB in memory. It shares memory with its own
+kind, with `all` also with eclipse-zenoh.
 """
 
 import sys
 import threading
 import zlib
+from dataclasses import replace
+from importlib import import_module
+from importlib.util import find_spec
 from itertools import count
+from pkgutil import iter_modules
 from random import Random
 
+from nobody import become_nobody
+
+from goalwire.zenoh.io import shared_memory
 from goalwire.zenoh.io.dialler import Retry
 from goalwire.zenoh.io.native_session import NativeSession
 from goalwire.zenoh.io.settings import MemorySettings, Settings
@@ -57,14 +66,27 @@ def send(session: NativeSession, most: int) -> None:
     print('sent', flush=True)
 
 
+def load_all() -> None:
+    """Import what a session imports when it first needs it: nobody may not be allowed to read it."""
+    for name in ('atomicshm', 'ctypes', 'fcntl', 'mmap', 'traceback'):
+        if find_spec(name):
+            import_module(name)
+    for module in iter_modules(shared_memory.__path__, f'{shared_memory.__name__}.'):
+        import_module(module.name)
+    NativeSession(Settings(memory=MEMORY)).close()
+
+
 def main() -> None:
-    role, where, most = sys.argv[1:]
+    role, where, most, *options = sys.argv[1:]
     listens = role == 'subscriber'
+    if options:
+        load_all()
+        become_nobody(int(options[0]))
     session = NativeSession(
         Settings(
             listen=(where,) if listens else (),
             connect=() if listens else (where,),
-            memory=MEMORY,
+            memory=replace(MEMORY, with_all='all' in options),
             retry=Retry(0.05, 0.2),
         )
     )
