@@ -11,10 +11,10 @@ import asyncio
 import sys
 from threading import get_ident
 from typing import TYPE_CHECKING
-from weakref import WeakSet
 
 from goalwire.execution.executors.spin_watch import Suspect, is_late
 from goalwire.places import program_frame
+from goalwire.weak_members import WeakMembers
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -31,7 +31,7 @@ _CALLS = asyncio.events.__file__
 """The file with asyncio's code that calls callbacks. The stack of a waiting loop has no frame of
 this file.
 """
-_told: WeakSet[asyncio.AbstractEventLoop] = WeakSet()
+_told: WeakMembers[asyncio.AbstractEventLoop] = WeakMembers()
 """The loops about which a warning was logged. Each node of a loop watches the loop, and one warning is
 enough.
 """
@@ -54,7 +54,7 @@ class BusyLoop:
         yet.
         """
         frame = self._running()
-        if frame is None or self._loop in _told:
+        if frame is None or self._loop in _told.alive():
             return []
         if self._question is None:
             self._question = object()

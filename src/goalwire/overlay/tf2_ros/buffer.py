@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
-from weakref import WeakSet
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.clock import Clock, JumpThreshold, TimeJump
@@ -23,6 +22,7 @@ from tf2_py.buffer_core import Instant
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.time.clock import block_on_clock
 from goalwire.execution.wait_sets.waitable import unwatch, watch
+from goalwire.weak_members import WeakMembers
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Buffer(BufferCore, BufferInterface):
         BufferInterface.__init__(self)
         self._context: Context = get_default_context() if node is None else node.context
         self._waiting: dict[Future[TransformStamped], Lookup] = {}
-        self._event_queues: WeakSet[EventQueue[Any]] = WeakSet()
+        self._event_queues: WeakMembers[EventQueue[Any]] = WeakMembers()
         self._waiting_lock = Lock()
         self.clock = Clock() if node is None else node.get_clock()
         if node is not None:
@@ -187,7 +187,7 @@ class Buffer(BufferCore, BufferInterface):
         future = self._future(lookup)
         until_ns = self.clock.now_ns() + timeout.nanoseconds
         with self._waiting_lock:
-            event_queues = list(self._event_queues)
+            event_queues = self._event_queues.alive()
         try:
             _wait_hearing(future, event_queues, self.clock, until_ns, self._context.shutdown_signal)
         finally:
