@@ -288,5 +288,5 @@ class AwaitedCalls:
 
     def cancel(self) -> None:
         """Cancel the waiting calls, even if a server may still answer them."""
-        for future in tuple(self._waiting):
+        for future in list(self._waiting):
             future.cancel()

@@ -416,9 +416,9 @@ class NodeWorkQueue:
         self.queue = queue
         if self._backlog:
             self._flush()
-        for poller in tuple(self._pollers):
+        for poller in list(self._pollers):
             queue.add_poller(poller)
-        for reference in tuple(self._timer_entries):
+        for reference in list(self._timer_entries):
             entry = reference()
             if entry is None:
                 self._timer_entries.pop(reference, None)
@@ -435,7 +435,7 @@ class NodeWorkQueue:
         if queue is None:
             return
         self.queue = self.timer_heap = None
-        for poller in tuple(self._pollers):
+        for poller in list(self._pollers):
             queue.remove_poller(poller)
         if queue.items:
             self._move_out(queue)
@@ -476,7 +476,7 @@ class NodeWorkQueue:
 
     def remove_poller(self, waitable: object) -> None:
         """Stop asking `waitable` for work. Does nothing if it was not added."""
-        for poller in tuple(self._pollers):
+        for poller in list(self._pollers):
             if poller.waitable is waitable:
                 del self._pollers[poller]
                 if self.queue is not None:

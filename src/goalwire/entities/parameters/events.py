@@ -84,7 +84,7 @@ class ParameterWatch:
         decoded: ParameterEvent = (
             standard_message(PARAMETER_EVENT).decode(event) if isinstance(event, bytes) else event
         )
-        for (name, node_name), handles in tuple(self.parameter_callbacks.items()):
+        for (name, node_name), handles in list(self.parameter_callbacks.items()):
             parameter = parameter_from_event(decoded, name, node_name)
             if parameter is not None:
                 for handle in tuple(handles):

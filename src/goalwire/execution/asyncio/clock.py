@@ -92,5 +92,5 @@ class AsyncClock(ROSClock):
 
     def wake_sleepers(self) -> None:
         super().wake_sleepers()
-        for waiter in tuple(self._coroutines):
+        for waiter in list(self._coroutines):
             waiter.wake()

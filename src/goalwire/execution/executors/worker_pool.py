@@ -102,7 +102,7 @@ class WorkerPool:
     def close(self) -> None:
         """End all threads, and wait for those outside user code. Idempotent."""
         self.dismiss()
-        for thread in tuple(self._threads):
+        for thread in list(self._threads):
             if not thread.is_alive():
                 continue  # Ctrl-C may have kept it from starting, and join() would raise
             if thread is not threading.current_thread() and thread not in self.busy:
@@ -116,7 +116,7 @@ class WorkerPool:
 
     def await_end(self, deadline: int | None) -> bool:
         """Wait until all threads but the calling one have ended; False at `deadline` (steady ns)."""
-        for thread in tuple(self._threads):
+        for thread in list(self._threads):
             if thread is not threading.current_thread() and thread.is_alive():
                 thread.join(None if deadline is None else max(deadline - STEADY.now(), 0) / 1e9)
                 if thread.is_alive():

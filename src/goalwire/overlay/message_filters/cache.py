@@ -7,6 +7,7 @@ from typing import Any
 
 from rclpy.time import Time
 
+from goalwire.concurrency.snapshots import copy_of
 from message_filters.simple_filter import SimpleFilter
 from message_filters.stamps import stamp_or_arrival
 
@@ -26,12 +27,12 @@ class Cache(SimpleFilter):
     @property
     def cache_msgs(self) -> list[Any]:
         """The messages, in the order of their arrival."""
-        return [msg for _, msg in tuple(self._entries)]
+        return [msg for _, msg in copy_of(self._entries)]
 
     @property
     def cache_times(self) -> list[Time]:
         """The stamps of the kept messages."""
-        return [stamp for stamp, _ in tuple(self._entries)]
+        return [stamp for stamp, _ in copy_of(self._entries)]
 
     def connectInput(self, f: SimpleFilter) -> None:
         """Take the output of the filter `f` as input."""
@@ -50,15 +51,15 @@ class Cache(SimpleFilter):
         """Return the messages in a closed interval; raises AssertionError if its ends are reversed."""
         if from_stamp > to_stamp:
             raise AssertionError(f'the interval is reversed: from {from_stamp} to {to_stamp}')
-        return [msg for stamp, msg in tuple(self._entries) if from_stamp <= stamp <= to_stamp]
+        return [msg for stamp, msg in copy_of(self._entries) if from_stamp <= stamp <= to_stamp]
 
     def getElemAfterTime(self, stamp: Time) -> Any:
         """Return the first kept message at or after an instant; None if there is no such message."""
-        return next((msg for own, msg in tuple(self._entries) if own >= stamp), None)
+        return next((msg for own, msg in copy_of(self._entries) if own >= stamp), None)
 
     def getElemBeforeTime(self, stamp: Time) -> Any:
         """Return the last kept message at or before an instant; None if there is no such message."""
-        return next((msg for own, msg in reversed(tuple(self._entries)) if own <= stamp), None)
+        return next((msg for own, msg in reversed(copy_of(self._entries)) if own <= stamp), None)
 
     def getLastestTime(self) -> Time | None:
         """Return the stamp of the message that came last; None without messages.

@@ -248,7 +248,7 @@ class RtpsSession:
         return True
 
     def _wake_sleepers(self) -> None:
-        for sleeper in tuple(self._sleepers):
+        for sleeper in list(self._sleepers):
             sleeper.wake()
 
     # ---- the end
