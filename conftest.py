@@ -96,6 +96,7 @@ def _open_memory_sessions() -> int:
     return module.DOMAINS.users() if module else 0
 
 
+@pytest.hookimpl(optionalhook=True)  # without pytest-xdist nobody asks
 def pytest_xdist_auto_num_workers() -> int:
     """Three more than there are cores: most of a test's time it waits for others."""
     cores = len(os.sched_getaffinity(0)) if sys.platform == 'linux' else os.cpu_count() or 1

@@ -1,7 +1,8 @@
 """Many threads use contexts, nodes, entities, tasks and futures at the same time, and nothing is lost.
 
 On a free-threaded Python the threads run side by side. There `pytest --parallel-threads 4` of
-pytest-run-parallel runs each of these tests on four threads at once, in one context.
+pytest-run-parallel 0.3.1 runs each of these tests on four threads at once, in one context. (Later versions
+run tests that use `monkeypatch` on one thread.)
 """
 
 from __future__ import annotations
