@@ -50,7 +50,7 @@ if hasattr(signal, 'SIGHUP') and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 @pytest.fixture(autouse=True, scope='session')
 def runs_within_this_run(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keep the files of pytest's runs that tests start apart from those of this run."""
-    tmp_path_factory.getbasetemp()  # first, so that this run's own folder stays where it is
+    tmp_path_factory.getbasetemp()  # first: this run's own folder must not move
     keep_runs_within_runs_apart()
 
 

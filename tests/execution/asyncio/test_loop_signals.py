@@ -65,7 +65,7 @@ async def _is_woken() -> bool:
 
 @asynccontextmanager
 async def _open_node() -> AsyncIterator[None]:
-    """What an open node does to its loop."""
+    """Open and close the waker of the running loop, as a node does."""
     waker = shared_waker(asyncio.get_running_loop())
     waker.open()
     try:

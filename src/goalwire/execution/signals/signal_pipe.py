@@ -151,7 +151,7 @@ def _restore(owner: int) -> bool:
 
 
 Reader = Literal['listener', 'loop']
-"""Who reads a pipe: the thread of the signal handlers, or the asyncio loop of the main thread.
+"""The reader of a pipe: the thread of the signal handlers, or the asyncio loop of the main thread.
 
 Each reader has a pipe of its own. Else one of them would take numbers from the other.
 """

@@ -23,5 +23,5 @@ class SimpleFilter:
 
     def signalMessage(self, *msg: object) -> None:
         """Call the callbacks with the messages, in the order of the callbacks' registration."""
-        for callback, args in tuple(self.callbacks.values()):
+        for callback, args in list(self.callbacks.values()):
             callback(*msg, *args)

@@ -23,13 +23,13 @@ class Installation:
         self._undo: list[tuple[object, str, object]] = []
         for owner, name, stand_in in ATTRIBUTES:
             self._put(owner, name, stand_in)
-        for module_name, module in tuple(sys.modules.items()):
+        for module_name, module in list(sys.modules.items()):
             if _wants(module_name, module) and not _is_clean(module_name, module):
                 self._put_into(module_name, module)
 
     def _put_into(self, module_name: str, module: ModuleType) -> None:
         space = vars(module)
-        found = [name for name, value in tuple(space.items()) if id(value) in NAMES]
+        found = [name for name, value in list(space.items()) if id(value) in NAMES]
         for name in found:
             self._put(module, name, NAMES[id(space[name])])
         if not found:
