@@ -184,8 +184,8 @@ print('answered', future.done())
 def test_without_a_listener_the_main_thread_sleeps_where_signals_find_it(env: dict[str, str]) -> None:
     body = """
 node = begin(SignalHandlerOptions.NO)
-threading.Timer(0.2, lambda: print('ready', flush=True)).start()
 try:
+    threading.Timer(0.2, lambda: print('ready', flush=True)).start()
     rclpy.spin(node)
 except KeyboardInterrupt:
     print('interrupted', rclpy.ok())
@@ -205,8 +205,8 @@ async def main():
     if {keeps}:
         spin()
 def spin():
-    threading.Timer(0.2, lambda: print('ready', flush=True)).start()
     try:
+        threading.Timer(0.2, lambda: print('ready', flush=True)).start()
         rclpy.spin(node)
     except KeyboardInterrupt:
         print('interrupted')
@@ -224,9 +224,9 @@ def test_a_signal_that_nobody_can_hear_ends_the_sleep_that_has_just_begun(env: d
 node = begin()
 async def main():
     asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, bool)
-    threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGINT)).start()
     begun = time.monotonic()
     try:
+        threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGINT)).start()
         rclpy.spin(node)
     except KeyboardInterrupt:
         print('interrupted', time.monotonic() - begun < 2)

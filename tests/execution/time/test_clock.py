@@ -150,10 +150,14 @@ def test_sleep_for_and_until(context: SmallContext, kind: ClockType) -> None:
 
 
 def test_a_sleep_ends_with_the_context(context: SmallContext) -> None:
-    timer = threading.Timer(0.02, context.shutdown)
-    timer.start()
+    def end_it() -> None:
+        wait_for(lambda: context.shutdown_signal._watchers, 'the sleep to begin')
+        context.shutdown()
+
+    thread = threading.Thread(target=end_it)
+    thread.start()
     assert not Clock().sleep_for(Duration(seconds=3600), context)
-    timer.join()
+    thread.join()
     with pytest.raises(NotInitializedException, match='has not been called'):
         Clock().sleep_for(Duration(seconds=1), context)
 

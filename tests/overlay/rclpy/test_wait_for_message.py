@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from helpers.collector import Collector
+from helpers.patience import wait_for
 from helpers.spinning import MakeNode, Spin, wait_until
 from rclpy.context import Context
 from rclpy.node import Node
@@ -64,10 +65,16 @@ def test_silence_ends_with_the_time(make_node: MakeNode, seconds: float) -> None
 
 def test_shutdown_ends_it(make_node: MakeNode, context: Context) -> None:
     node = make_node()
-    timer = threading.Timer(0.05, context.try_shutdown)
-    timer.start()
+    others = len(node.handle.owned())
+
+    def end_it() -> None:
+        wait_for(lambda: len(node.handle.owned()) > others, 'the subscription')
+        context.try_shutdown()
+
+    thread = threading.Thread(target=end_it)
+    thread.start()
     assert wait_for_message(String, node, 'none') == (False, None)
-    timer.join()
+    thread.join()
 
 
 def test_a_message_from_before_comes_with_a_profile_that_asks_for_it(make_node: MakeNode) -> None:

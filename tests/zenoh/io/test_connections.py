@@ -213,12 +213,19 @@ def test_a_reader_that_is_interrupted_by_a_signal_loses_no_byte(listener: Ours) 
 
 
 def _lead_until_interrupted(side: Ours, then: Callable[[], None]) -> None:
-    timer = threading.Timer(0.2, then)
-    timer.start()
+    """Read the wire in this thread; another thread calls `then` once this one reads."""
+    poller, reader = side.session.wire_poller, threading.get_ident()
+
+    def go_on() -> None:
+        wait_for(lambda: poller._leader and poller._leaders_thread == reader, 'this thread to read')
+        then()
+
+    thread = threading.Thread(target=go_on)
+    thread.start()
     try:
-        side.session.wait_until(lambda: False, 5.0)
+        side.session.wait_until(lambda: False, PATIENCE)
     finally:
-        timer.join()
+        thread.join()
 
 
 def descriptors() -> int:
