@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from struct import Struct
+from threading import RLock
 from typing import NamedTuple
 
 from goalwire.zenoh.io.shared_memory import layout
@@ -92,7 +93,10 @@ def _read(segment: ForeignSegment) -> Partner:
 
 
 class Agreement:
-    """The agreement of one link; see `handshake.MemoryAgreement`."""
+    """The agreement of one link; see `handshake.MemoryAgreement`.
+
+    One thread may close it while another negotiates: whatever is opened then is closed at once.
+    """
 
     def __init__(
         self,
@@ -109,6 +113,8 @@ class Agreement:
         """The numbers of the counters that the other side has lent, one for each priority."""
         self._is_agreed = False
         self._memory: LinkMemory | None = None
+        self._lock = RLock()
+        self._is_closed = False
 
     def offer(self) -> bytes:
         """Return the number of our segment."""
@@ -168,16 +174,19 @@ class Agreement:
 
     def make_memory(self, send: Callable[[bytes], object]) -> LinkMemory | None:
         """Return the memory of the link; None if the sides have not agreed."""
-        partner = self._partner
-        if partner is None or not self._is_agreed:
-            self.close()
-            return None
-        self._memory = self._make(partner, self._counters, send)
-        return self._memory
+        with self._lock:
+            partner = self._partner
+            if partner is None or not self._is_agreed:
+                self.close()
+                return None
+            self._memory = self._make(partner, self._counters, send)
+            return self._memory
 
     def close(self) -> None:
         """Close the other side's segment: the link has ended, or carries bytes."""
-        partner, self._partner = self._partner, None
+        with self._lock:
+            self._is_closed = True
+            partner, self._partner = self._partner, None
         if self._memory is not None:
             self._memory.close()
         elif partner is not None:
@@ -189,11 +198,13 @@ class Agreement:
             partner = read_partner(read_number())
         except (OSError, ValueError, ZenohProtocolError):
             return None
-        if not self._admits(partner):
-            partner.segment.close()
-            return None
-        self._partner = partner
-        return partner
+        if self._admits(partner):
+            with self._lock:
+                if not self._is_closed:
+                    self._partner = partner
+                    return partner
+        partner.segment.close()
+        return None
 
     def _read_challenge(self, partner: Partner) -> int:
         """Return our challenge as the other side reads it in our segment."""

@@ -89,7 +89,10 @@ def _create(bits: int) -> tuple[int, int]:
 
 
 class ForeignSegment:
-    """An open segment of another process; its content may change at any time. Raises OSError."""
+    """An open segment of another process; its content may change at any time. Raises OSError.
+
+    It is closed once by `close`, whichever threads call it, or as it is garbage collected.
+    """
 
     def __init__(self, number: int, *, writable: bool = False) -> None:
         flags = (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
@@ -97,17 +100,21 @@ class ForeignSegment:
         self._is_writable = writable
         self._map: mmap | None = None
         self.fd = os.open(path_of(number), flags)
+        self._close = finalize(self, _close_in, os.getpid(), self.fd)
+        self._close.atexit = False
         found = os.fstat(self.fd)
         if not stat.S_ISREG(found.st_mode) or found.st_uid != os.geteuid():
-            os.close(self.fd)
+            self._close()
             raise OSError(f'segment {number} is not a file of this user')
         self.size = found.st_size
         self._inode = found.st_ino
 
     @property
     def map(self) -> mmap:
-        """The mapping of the whole segment, made at its first use."""
+        """The mapping of the whole segment, made at its first use. Raises ValueError if it is closed."""
         if self._map is None:
+            if self.fd < 0:
+                raise ValueError(f'segment {self.number} is closed')
             self._map = mmap(self.fd, self.size, access=ACCESS_WRITE if self._is_writable else ACCESS_READ)
         return self._map
 
@@ -137,12 +144,16 @@ class ForeignSegment:
 
     def close(self) -> None:
         """Close the segment. Views of it stay valid."""
-        if self._map is not None:
-            _unmap(self._map)
-            self._map = None
-        if self.fd >= 0:
-            os.close(self.fd)
-            self.fd = -1
+        mapped, self._map, self.fd = self._map, None, -1
+        if mapped is not None:
+            _unmap(mapped)
+        self._close()
+
+
+def _close_in(process: int, fd: int) -> None:
+    """Close a descriptor in the process that opened it; in a forked child it may be another file's by now."""
+    if os.getpid() == process:
+        os.close(fd)
 
 
 def _unmap(mapped: mmap) -> None:

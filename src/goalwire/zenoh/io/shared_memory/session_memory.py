@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 class LinkMemory:
     """The shared memory of one link; see `protocol.shared_memory.LinkMemory`.
 
-    Most links never carry a large message, so each direction is made at its first one.
+    Most links never carry a large message, so each direction is made at its first one. The link may end in
+    one thread while another reads: so both hold the lock.
     """
 
     def __init__(
@@ -59,8 +60,15 @@ class LinkMemory:
 
     def take(self, slices: Slices, priority: int, *, as_view: bool) -> bytes | memoryview | None:
         """Return the payload of a received message, as `MemoryReader.take` does; None if the link ended."""
-        reader = self._reader or self._begin_reading()
-        return None if reader is None else reader.take(slices, priority, as_view=as_view)
+        with self._lock:
+            reader = self._begin_reading()
+            if reader is None:
+                return None
+            try:
+                return reader.take(slices, priority, as_view=as_view)
+            finally:
+                if not self._is_open:  # a signal's handler has closed it meanwhile
+                    reader.close()
 
     def _begin_lending(self) -> Lender | None:
         with self._lock:
@@ -70,17 +78,16 @@ class LinkMemory:
             return self._lender
 
     def _begin_reading(self) -> MemoryReader | None:
-        with self._lock:
-            if self._is_open and self._reader is None:
-                self._reader = self._make_reader()
-            return self._reader
+        if self._is_open and self._reader is None:
+            self._reader = self._make_reader()
+        return self._reader if self._is_open else None
 
     def close(self) -> None:
         """Close both directions: the link has ended."""
         with self._lock:
             self._may_lend = self._is_open = False
-        if self._reader is not None:
-            self._reader.close()
+            if self._reader is not None:
+                self._reader.close()
         if self._lender is not None:
             self._lender.close()
         else:
