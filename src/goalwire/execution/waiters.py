@@ -58,7 +58,7 @@ class Waiter:
 
 def wake_all(waiters: Iterable[Waiter]) -> None:
     """Wake all waiters. Other threads may change the collection meanwhile."""
-    for waiter in tuple(waiters):
+    for waiter in list(waiters):
         waiter.wake()
 
 

@@ -24,6 +24,7 @@ from goalwire.execution.executors.worker_pool import WorkerPool
 from goalwire.execution.future import Future
 from goalwire.execution.ready_queue import CallbackSource, ReadyQueue
 from goalwire.execution.time.steady_clock import STEADY
+from goalwire.execution.waiters import Waiter
 
 COUNT = 20
 
@@ -225,6 +226,36 @@ def test_a_callback_between_the_queue_and_its_worker_belongs_to_that_spin(
             executor.spin_until_future_complete(future, PATIENCE)
     finally:
         looked.set()
+        executor.shutdown()
+
+
+def test_a_spin_waits_for_a_worker_that_comes_late(context: SmallContext, node: SmallNode) -> None:
+    come = threading.Event()
+    rounds, got = list[None](), list[int]()
+    future: Future[None] = Future()
+    future.set_result(None)
+
+    class ComesLate(MultiThreadedExecutor):
+        """Its workers come in the third round of the ending spin's wait, as on a busy machine."""
+
+        def _wait(self, waiter: Waiter, deadline: int | None) -> bool:
+            rounds.append(None)
+            if len(rounds) == 3:
+                come.set()
+            return super()._wait(waiter, deadline)
+
+        def _serve(self) -> None:
+            assert soon(come)
+            super()._serve()
+
+    executor = ComesLate(2, context=context)
+    executor.add_node(node)
+    EventQueue(node.work_queue, None, got.append).deliver(1)
+    try:
+        executor.spin_until_future_complete(future, PATIENCE)
+        assert got == [1]
+    finally:
+        come.set()
         executor.shutdown()
 
 

@@ -104,7 +104,7 @@ def client(arm: Arm, make_node: MakeNode) -> FibonacciClient:
 def test_a_goal_that_is_not_accepted_in_time_ends_so(client: FibonacciClient) -> None:
     future = client.send_goal_async(Goal())
     with pytest.raises(
-        DeadlineError, match=r"^action '/fib' of node '/arm': no answer came in time; waited 0\.0\d\d s$"
+        DeadlineError, match=r"^action '/fib' of node '/arm': no answer came in time; waited \d+\.\d{3} s$"
     ):
         client.send_goal(Goal())
     assert isinstance(error_of(future), DeadlineError)

@@ -27,8 +27,8 @@ class DrainTracker:
     """
 
     def __init__(self, done: Callable[[], None]) -> None:
-        self.ended = 0
-        """The number of callbacks that have ended since the tracker was made."""
+        self.changes = 0
+        """How often a callback has begun or ended since the tracker was made."""
         self._done = done
         self._lock = allocate_lock()
         self._events: dict[CallbackSource, int] = {}  # events whose callbacks have not begun
@@ -59,6 +59,7 @@ class DrainTracker:
     def note_begin(self, thread: Thread, source: CallbackSource) -> None:
         """Note that `thread` begins a callback of `source`."""
         with self._lock:
+            self.changes += 1
             if thread not in self._running:
                 if thread in self._taking and source not in self._events:
                     self._count(source)  # taken out of the queue just before `gather` looked there
@@ -80,7 +81,7 @@ class DrainTracker:
     def note_end(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
         """Note that `thread` has finished with `source`. `performed` is False if the group was busy."""
         with self._lock:
-            self.ended += 1
+            self.changes += 1
             if thread not in self._running:
                 return
             self._running.discard(thread)

@@ -30,7 +30,10 @@ _FEWEST_THREADS = 8
 """The least default limit. Threads are started on demand, and blocked threads cost nothing."""
 
 _PATIENCE = 100_000_000
-"""In ns: a spin whose future is settled stops waiting after no callback has ended for this time."""
+"""In ns: a spin whose future is settled stops waiting if no callback begins or ends for this time while one
+runs, which may block for ever."""
+_STARTS = 10
+"""It waits this many times as long while none runs: on a busy machine a worker may take that long to come."""
 
 
 class MultiThreadedExecutor(Workers):
@@ -99,8 +102,15 @@ class MultiThreadedExecutor(Workers):
         return self._pool.await_end(deadline_after(STEADY, timeout_sec))
 
     def is_driven(self) -> bool:
-        """Tell whether a thread spins this executor, or a callback of it still runs."""
-        return bool(self._coordinators or self._spins.count or self._pool.busy)
+        """Tell whether a thread spins this executor. A callback that still runs after the last spin does not
+        count: no other callback comes after it.
+        """
+        return bool(self._coordinators or self._spins.count)
+
+    @property
+    def is_spinning(self) -> bool:
+        """True if a thread spins this executor, or a callback of it still runs."""
+        return self.is_driven() or bool(self._pool.busy)
 
     def thread_waits_alone(self) -> bool:
         """Tell whether the calling thread is the only one that may run this executor's callbacks."""
@@ -177,18 +187,20 @@ class MultiThreadedExecutor(Workers):
     def _await_drain(self, waiter: Waiter, deadline: int | None) -> None:
         """Let the workers run the work that has come by now, but do not wait for callbacks that block."""
         # The tracker is in `_drains` before it gathers: workers report each change that comes after its look.
-        # A callback may block for ever, so the wait ends if no callback has ended for _PATIENCE.
         drain = DrainTracker(waiter.wake)
         self._drains.append(drain)
+        idle = 0
         try:
             drain.gather(self._ready, self._pool)
             while not (drain.over or self._is_shutdown or self._is_past(deadline)):
                 if not self._shutdown_signal.alive:
                     return
-                ended = drain.ended
+                changes = drain.changes
                 give_up = self._clock.now() + _PATIENCE
                 until = give_up if deadline is None else min(give_up, deadline)
-                if not self._wait(waiter, until) and drain.ended == ended:
+                is_idle = not self._wait(waiter, until) and drain.changes == changes
+                idle = idle + 1 if is_idle else 0
+                if idle >= (1 if self._pool.busy else _STARTS):
                     return
                 self._raise_failure()
             self._raise_failure()  # the error of a callback that ended before the first wait

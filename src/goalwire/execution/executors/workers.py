@@ -185,6 +185,10 @@ class Workers(Executor):
         return bool(self._spins.count) or self._retires()
 
     def _run_callback(self, source: CallbackSource, thread: threading.Thread) -> None:
+        try:
+            self._keep_watch()  # first: another worker's start may take long, and is no part of the callback
+        except BaseException as error:  # no further thread can start: the spinning thread raises the error
+            self._fail(error)
         # The worker enters `busy`, then leaves `taking`: so at each moment it is in at least one of them. An
         # error is noted before the worker leaves `busy`, so a spin that waits for the worker finds it.
         busy = self._pool.busy
@@ -195,7 +199,6 @@ class Workers(Executor):
         self._spins.callbacks += 1
         performed = True
         try:
-            self._keep_watch()
             performed = self._perform(source)
         except BaseException as error:  # the spinning thread raises the error
             self._fail(error)
