@@ -263,7 +263,8 @@ class LeaderFollowers(WirePoller):
             return sleeper.wait_on_lock(timeout_ns)
         finally:
             if sleeper in followers:
-                followers.remove(sleeper)
+                with suppress(ValueError):  # without a GIL, who hands over may take it out in between
+                    followers.remove(sleeper)
 
     def _hand_over(self) -> None:
         """Wake the latest follower, which then leads, and the thread that waits in `close`."""
