@@ -205,7 +205,11 @@ class LeaderFollowers(WirePoller):
         finally:
             # No function is called before the lead is free: Python runs signal handlers after calls, and they
             # may raise.
-            if _LEAD in leader and leader[_LEAD] is sleeper:
+            try:
+                leads = _LEAD in leader and leader[_LEAD] is sleeper
+            except KeyError:  # without a GIL, the leader has left in between
+                leads = False
+            if leads:
                 sleeper.interrupt = None
                 self._leaves += 1
                 del leader[_LEAD]
@@ -262,9 +266,10 @@ class LeaderFollowers(WirePoller):
                 return True
             return sleeper.wait_on_lock(timeout_ns)
         finally:
-            if sleeper in followers:
-                with suppress(ValueError):  # without a GIL, who hands over may take it out in between
-                    followers.remove(sleeper)
+            try:  # noqa: SIM105 - no call before the remove: a signal's handler may raise after calls
+                followers.remove(sleeper)
+            except ValueError:
+                pass  # who hands over has taken it out
 
     def _hand_over(self) -> None:
         """Wake the latest follower, which then leads, and the thread that waits in `close`."""
@@ -302,7 +307,11 @@ class LeaderFollowers(WirePoller):
                     self._set.serve(found)
         finally:
             # No function is called before the lead is free; see `wait`.
-            if _LEAD in leader and leader[_LEAD] is me:
+            try:
+                leads = _LEAD in leader and leader[_LEAD] is me
+            except KeyError:
+                leads = False
+            if leads:
                 self._leaves += 1
                 del leader[_LEAD]
                 if self._followers or self._closed:

@@ -76,7 +76,7 @@ class SingleThreadedExecutor(Executor):
         if stop.completion_state and self._has_nothing_left(once=once):
             return
         driver, me = self._driver, get_ident()
-        if _TURN in driver and driver[_TURN] == me:
+        if driver.get(_TURN) == me:
             self._run_nested(stop, deadline, once=once)
             return
         try:
@@ -85,7 +85,11 @@ class SingleThreadedExecutor(Executor):
         finally:
             # The turn is freed before any call: Python runs signal handlers after calls, and one that raises
             # would leave the turn taken.
-            if _TURN in driver and driver[_TURN] == me:
+            try:
+                has_turn = _TURN in driver and driver[_TURN] == me
+            except KeyError:  # without a GIL, the thread with the turn has freed it in between
+                has_turn = False
+            if has_turn:
                 del driver[_TURN]
                 if not self._shutdown_signal.alive:
                     self._close_runners()
@@ -113,8 +117,10 @@ class SingleThreadedExecutor(Executor):
             if not self._is_shutdown:
                 self._clock.wait(waiter, deadline)
         finally:
-            if waiter in self._successors:
+            try:  # noqa: SIM105 - no call before the remove: a signal's handler may raise after calls
                 self._successors.remove(waiter)
+            except ValueError:
+                pass  # a handler has raised before it was added
         return self._takes_turn()
 
     def _takes_turn(self) -> bool:

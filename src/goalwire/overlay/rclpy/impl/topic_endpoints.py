@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from goalwire.execution.callback_groups import check_group
@@ -175,21 +176,23 @@ class TopicEndpoints(BaseNode):
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
         """Destroy a subscription of this node; False if the node does not have it."""
-        listed = self._subscriptions if subscription in self._subscriptions else list(self.subscriptions)
-        return destroy_owned(subscription, listed) and self._ros_forget_events(subscription)
+        is_ours = destroy_owned(subscription, self._subscriptions)
+        is_ours = is_ours or destroy_owned(subscription, list(self.subscriptions))  # the one to /clock
+        return is_ours and self._ros_forget_events(subscription)
 
     def _ros_forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> bool:
         for handler in endpoint.event_handlers:
-            if handler in self._ros_waitables:
+            with suppress(ValueError):  # the program has removed it
                 self.remove_waitable(handler)
         return True
 
 
 def destroy_owned(entity: Any, owned: list[Any]) -> bool:
     """Destroy an entity and remove it from its node's list `owned`; return False if the list lacks it."""
-    if entity not in owned:
+    try:
+        owned.remove(entity)  # no look before: without a GIL, `in` misses members while others are removed
+    except ValueError:
         return False
-    owned.remove(entity)
     entity.destroy()
     return True
 
