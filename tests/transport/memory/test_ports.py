@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable
 
 import pytest
+from helpers.patience import soon
 from helpers.wire import Answers, Side
 
 from goalwire.errors import LocalError
@@ -38,6 +39,36 @@ def test_one_publisher_shared_by_many_threads_is_heard_in_order_by_everyone(side
     for thread in threads:
         thread.join()
     assert event_queues == [list(range(1, 4001))] * 3
+
+
+def test_publish_returns_after_the_delivery_even_if_another_thread_delivers(sides: Sides) -> None:
+    alpha, beta = sides
+    held_up, go_on = threading.Event(), threading.Event()
+    seen: list[bytes] = []
+
+    def deliver(sample: Sample) -> None:
+        if not seen:
+            held_up.set()
+            assert soon(go_on)
+        seen.append(bytes(sample.payload))
+
+    beta.subscription('/chatter', deliver)
+    publisher = alpha.publisher('/chatter')
+
+    def publish_second() -> None:
+        publisher.publish(b'second')
+        seen.append(b'second was published')
+
+    first = threading.Thread(target=publisher.publish, args=(b'first',))
+    first.start()
+    assert soon(held_up)
+    second = threading.Thread(target=publish_second)
+    second.start()
+    second.join(0.05)  # a publish that waited for nobody would return now
+    go_on.set()
+    first.join()
+    second.join()
+    assert seen == [b'first', b'second', b'second was published']
 
 
 def test_late_subscriptions_join_a_running_stream_without_gap_or_repetition(sides: Sides) -> None:

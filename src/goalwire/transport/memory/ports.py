@@ -70,6 +70,9 @@ class MemoryPublisher(OpenPort, PublisherPort):
         self._history: deque[Sample] = deque(maxlen=_history_length(entity.qos))
         self._targets: tuple[MemorySubscription, ...] = ()
         self._lock = RLock()  # reentrant: a signal handler may publish while its thread publishes
+        self._delivering = RLock()
+        """Held while messages are delivered. A thread that publishes waits for another one that delivers:
+        whatever it sends next, a service's reply for example, must not overtake this message."""
         self._dispatcher: OrderedDispatcher[tuple[Sample, tuple[MemorySubscription, ...]]] = (
             OrderedDispatcher(self._deliver)
         )
@@ -85,7 +88,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
             self._history.append(sample)
             if self._targets:
                 self._dispatcher.post((sample, self._targets))
-        self._dispatcher.drain()
+        self.flush()
 
     @staticmethod
     def _deliver(item: tuple[Sample, tuple[MemorySubscription, ...]]) -> None:
@@ -110,8 +113,9 @@ class MemoryPublisher(OpenPort, PublisherPort):
             self._targets = tuple(target for target in self._targets if target is not subscription)
 
     def flush(self) -> None:
-        """Deliver the queued messages."""
-        self._dispatcher.drain()
+        """Deliver the queued messages, or wait until another thread has delivered them."""
+        with self._delivering:
+            self._dispatcher.drain()
 
 
 def _to_nobody(_: object) -> None:
