@@ -124,5 +124,6 @@ _HINTS: tuple[tuple[Pattern, Callable[[re.Match[str], FrameType], str]], ...] = 
         _say('write Duration(seconds=…), from rclpy.duration, in place of the number'),
     ),
     (Pattern(r"^'NoneType' object has no attribute '\w+'$"), _unfinished_future),
-    (Pattern(r"^'([A-Z]\w*)' object has no attribute '(\w+)'$"), _unknown_field),
+    # Python 3.13 adds 'and no __dict__ …' as a field is set
+    (Pattern(r"^'([A-Z]\w*)' object has no attribute '(\w+)'(?: and no __dict__ .*)?$"), _unknown_field),
 )

@@ -1,5 +1,5 @@
 # A field's name is misspelt in an assignment.
-# says: 'Vector3' object has no attribute 'X' Vector3 has the fields x, y, z; did you mean 'x'?
+# says: Vector3 has the fields x, y, z; did you mean 'x'?
 import rclpy
 from geometry_msgs.msg import Twist
 
