@@ -208,7 +208,8 @@ def test_packed_messages_are_told_from_plain_ones_by_each_file_alone(tmp_path: P
     path = write_bag(tmp_path / 'bag', **PACKED)
     (path / 'metadata.yaml').unlink()
     assert contents(path / 'bag_0.db3') == expected()
-    assert reindex(str(path)).facts.compression_mode == 'message'
+    with reindex(str(path)) as bag:
+        assert bag.facts.compression_mode == 'message'
     assert contents(path) == expected()
 
 

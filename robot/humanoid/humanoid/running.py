@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from humanoid.domain import taking_part
 from humanoid.text import brief
 
-LONGEST_TRACEBACK = 4000  # characters: an exception's text may quote a long received message
+LONGEST_TRACEBACK = 4000  # characters, without the exception's own text, which may quote a received message
 
 
 class BadParameter(ValueError):
@@ -100,5 +100,7 @@ def _spin(executor: SingleThreadedExecutor, node: Node) -> None:
 
 def log_failure(node: Node, error: Exception) -> None:
     """Log a callback's exception at most once a second: a timer may fail at each tick."""
-    text = brief(''.join(traceback.format_exception(error)).rstrip(), LONGEST_TRACEBACK)
+    words = ''.join(traceback.format_exception_only(error)).rstrip()
+    frames = ''.join(traceback.format_exception(error)).rstrip().removesuffix(words)
+    text = brief(frames, LONGEST_TRACEBACK) + brief(words)
     node.get_logger().error(f'a callback failed, the server goes on:\n{text}', throttle_duration_sec=1.0)

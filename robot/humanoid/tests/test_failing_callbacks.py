@@ -6,12 +6,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 import pytest
+import rclpy
 from helpers.processes import Program
 from helpers.robot import humanoid, server_of_robots
 
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import Backoff, NoAnswer, retry
 from humanoid.mission.robot import Robot
+from humanoid.running import log_failure
 
 pytestmark = pytest.mark.slow
 
@@ -52,6 +54,30 @@ def sabotaged(
         server.expect_each('ready', first)
         yield server
         assert 'ArithmeticError: sabotage' in server.output
+
+
+def test_the_log_names_the_error_at_the_end_of_a_long_traceback(capfd: pytest.CaptureFixture[str]) -> None:
+    def call(left: int) -> None:
+        fail(left - 1)
+
+    def fail(left: int) -> None:
+        if not left:
+            raise ArithmeticError('sabotage ' + 'x' * 100_000)
+        call(left)
+
+    rclpy.init(args=[])
+    try:
+        node = rclpy.create_node('server')
+        try:
+            fail(100)
+        except ArithmeticError as error:
+            log_failure(node, error)
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
+    told = capfd.readouterr().err
+    assert 'ArithmeticError: sabotage' in told
+    assert len(told) < 6000
 
 
 def drive(robot: Robot) -> GoalRun:

@@ -86,6 +86,8 @@ set_blocking, set_wakeup_fd = os.set_blocking, signal.set_wakeup_fd
 for name in MODULES:
     sys.modules[name] = None  # type: ignore[assignment]  # an import of it raises ImportError
 remove(os, OF_OS)
+if hasattr(os, 'process_cpu_count'):
+    os.process_cpu_count = os.cpu_count
 remove(socket, OF_SOCKETS)
 remove(sys.modules['_socket'], OF_SOCKETS)
 remove(select, ('epoll', 'poll'))
