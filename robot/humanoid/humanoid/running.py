@@ -102,5 +102,5 @@ def log_failure(node: Node, error: Exception) -> None:
     """Log a callback's exception at most once a second: a timer may fail at each tick."""
     words = ''.join(traceback.format_exception_only(error)).rstrip()
     frames = ''.join(traceback.format_exception(error)).rstrip().removesuffix(words)
-    text = brief(frames, LONGEST_TRACEBACK) + brief(words)
+    text = f'{brief(frames.rstrip(), LONGEST_TRACEBACK)}\n{brief(words)}'
     node.get_logger().error(f'a callback failed, the server goes on:\n{text}', throttle_duration_sec=1.0)

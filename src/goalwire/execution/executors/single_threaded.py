@@ -117,10 +117,7 @@ class SingleThreadedExecutor(Executor):
             if not self._is_shutdown:
                 self._clock.wait(waiter, deadline)
         finally:
-            try:  # noqa: SIM105 - no call before the remove: a signal's handler may raise after calls
-                self._successors.remove(waiter)
-            except ValueError:
-                pass  # a handler has raised before it was added
+            self._successors.remove(waiter)
         return self._takes_turn()
 
     def _takes_turn(self) -> bool:

@@ -116,7 +116,7 @@ class EndlessSpins:
             try:  # noqa: SIM105
                 threads.remove(me)
             except ValueError:
-                pass
+                pass  # a handler has raised before it was added
 
 
 class SpinWatch:

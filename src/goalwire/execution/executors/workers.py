@@ -186,7 +186,7 @@ class Workers(Executor):
 
     def _run_callback(self, source: CallbackSource, thread: threading.Thread) -> None:
         try:
-            self._keep_watch()  # first: another worker's start may take long, and is no part of the callback
+            self._keep_watch()  # before `busy`: another worker may take long to start, as if the callback did
         except BaseException as error:  # no further thread can start: the spinning thread raises the error
             self._fail(error)
         # The worker enters `busy`, then leaves `taking`: so at each moment it is in at least one of them. An
