@@ -302,7 +302,12 @@ def test_the_deadline_ends_feedback_and_result_and_then_the_goal(play: Play) -> 
                 with pytest.raises(DeadlineError, match="of node '/server': no answer came in time") as e:
                     await run_.result
                 assert e.value.name == '/count'
+                with pytest.raises(DeadlineError, match='no answer came in time'):
+                    await run_.wait(timeout=0.01)
                 assert not counter.ended
+                assert await run_.cancel(timeout=PATIENCE)
+                with pytest.raises(GoalCanceled):
+                    await run_.wait(timeout=PATIENCE)
             assert counter.ended == ['cancelled']
 
     play(scenario)

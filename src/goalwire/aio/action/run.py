@@ -291,13 +291,20 @@ class Run(Generic[ResultT, FeedbackT]):
     def _warn(self, what: str) -> None:
         get_logger(self._core.node.logger_name).warning(f"Action '{self._core.full_name}': {what}")
 
-    async def wait(self) -> ResultT:
-        """Wait for the result, as `await run.result` does."""
+    async def wait(self, *, timeout: float | None = None) -> ResultT:
+        """Wait for the result, as `await run.result` does.
+
+        With `timeout` the wait may take so many seconds from now, also beyond the limit of the whole run: a
+        goal that was cancelled at that limit has still to end.
+        """
         attempt, answer = self._attempt, self._answer
         if attempt is None or answer is None:
             raise ClosedError("a run's result is there only in its block: async with client.send(…) as run:")
+        limit = attempt
+        if timeout is not None:
+            limit = CallContext(attempt.context, 'action', self._core.full_name, timeout)
         try:
-            await attempt.settle(answer)
+            await limit.settle(answer)
             if answer.cancelled():
                 raise ClosedError(
                     "the run's block was left while the goal went on: nobody waits for the result any more"

@@ -89,6 +89,13 @@ def test_each_end_of_a_goal_has_its_code(ros2: CommandLine) -> None:
     assert re.fullmatch(told, late.err.rstrip('\n'))
 
 
+def test_a_goal_that_is_cancelled_at_its_deadline_shows_how_it_ends(ros2: CommandLine) -> None:
+    """Its server needs 0.3 s to end it."""
+    late = ros2('action', 'send_goal', 'lab/fibonacci', 'order=5005', '--timeout', '0.5')
+    assert late.code == 5
+    assert late.out.index('Canceling goal...') < late.out.index('Result:') < late.out.index('Goal canceled.')
+
+
 def test_what_is_wrong_is_said_in_one_line(ros2: CommandLine) -> None:
     known = 'lab/fibonacci'
     told = ros2.fails('action', 'send_goal', '/fibonacci', 'order=1', code=3)

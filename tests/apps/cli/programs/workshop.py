@@ -33,8 +33,7 @@ def execute(goal_handle):
     feedback = Fibonacci.Feedback(sequence=[0, 1])
     while len(feedback.sequence) <= order % 1000:
         if goal_handle.is_cancel_requested:
-            if order == 3005:
-                sleep(20)
+            sleep({3005: 20, 5005: 0.3}.get(order, 0))
             goal_handle.canceled()
             return Fibonacci.Result(sequence=feedback.sequence)
         feedback.sequence.append(feedback.sequence[-1] + feedback.sequence[-2])

@@ -61,10 +61,15 @@ class RunDisplay:
             self._show_feedback(feedback)
         return await self.show_end(run)
 
-    async def show_end(self, run: goalwire.Run[Any, Any], *, by_ourselves: bool = False) -> Outcome:
-        """Wait for the result and show it; `by_ourselves` is True if this command cancelled the goal."""
+    async def show_end(
+        self, run: goalwire.Run[Any, Any], *, by_ourselves: bool = False, patience: float | None = None
+    ) -> Outcome:
+        """Wait for the result and show it; `by_ourselves` is True if this command cancelled the goal.
+
+        With `patience` the wait may take so many seconds from now, also beyond the goal's deadline.
+        """
         try:
-            return self._finish('SUCCEEDED', await run.result)
+            return self._finish('SUCCEEDED', await run.wait(timeout=patience))
         except goalwire.GoalAborted as error:
             return self._finish('ABORTED', error.result)
         except goalwire.GoalCanceled as error:

@@ -182,15 +182,14 @@ class _Goal:
         assert task is not None
         self._display.clear_bar()
         self._say('Canceling goal...')
+        is_late = isinstance(why, goalwire.DeadlineError)
         try:
-            await self._ask_to_cancel(
-                run, PATIENCE_S if isinstance(why, goalwire.DeadlineError) else CANCEL_S
-            )
-            outcome = await self._end(run)
+            await self._ask_to_cancel(run, PATIENCE_S if is_late else CANCEL_S)
+            outcome = await self._end(run, PATIENCE_S if is_late else None)
         except asyncio.CancelledError:
             tell(f'left without waiting, the goal may go on; see: ros2 action goals {self._name}')
             raise
-        if isinstance(why, goalwire.DeadlineError):
+        if is_late:
             raise why
         return outcome
 
@@ -207,11 +206,12 @@ class _Goal:
         if not accepted:
             raise CommandError(Outcome.REFUSED, 'the server does not cancel the goal, which goes on', see)
 
-    async def _end(self, run: goalwire.Run[Any, Any]) -> Outcome:
+    async def _end(self, run: goalwire.Run[Any, Any], patience: float | None) -> Outcome:
+        """Wait for the cancelled goal's end: `patience` s from now, or with None until its deadline."""
         try:
-            return await self._display.show_end(run, by_ourselves=True)
+            return await self._display.show_end(run, by_ourselves=True, patience=patience)
         except goalwire.DeadlineError:
-            self._say('Goal canceled.')
+            self._say('The server cancels the goal, which has not ended yet.')
             return Outcome.TIMEOUT  # The command ends without the result.
 
     def _say(self, text: str) -> None:
