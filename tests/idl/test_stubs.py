@@ -16,7 +16,7 @@ ARM = {
     'msg/Joint.msg': """\
 # A joint.
 
-string name
+string name  # as "left knee"
 float64 angle 0.5  # [rad] from rest
 byte LIMIT=3
 uint8 HOME=7
@@ -188,6 +188,7 @@ def test_comments_become_documentation(arm: Path) -> None:
     text = (arm / 'arm_interfaces' / 'msg' / '__init__.pyi').read_text(encoding='utf-8')
     assert '    angle: float\n    """[rad] from rest"""\n' in text
     assert 'class Joint:\n    """A joint."""\n' in text
+    assert '    name: str\n    """as "left knee\\""""\n' in text
 
 
 def test_a_missing_package_is_an_error_with_the_places_searched(capsys: pytest.CaptureFixture[str]) -> None:

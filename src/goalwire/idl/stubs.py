@@ -243,7 +243,10 @@ def _docstring(comment: str) -> list[str]:
         return []
     text = comment.replace('\\', '\\\\').replace('"""', "'''")
     first, *rest = text.splitlines()
-    return [f'"""{first}', *rest, '"""'] if rest else [f'"""{first}"""']
+    if rest:
+        return [f'"""{first}', *rest, '"""']
+    end = '\\"' if first.endswith('"') else first[-1:]  # a quote before the last three would be a fourth
+    return [f'"""{first[:-1]}{end}"""']
 
 
 def _indent(lines: Iterable[str]) -> list[str]:
