@@ -40,7 +40,7 @@ setup(
     package_dir={name: str(home) for name, home in beside.items()},
     package_data={
         package_name: ['world/files/*.yaml'],
-        definitions: ['package.xml', 'srv/*.srv', 'action/*.action'],
+        definitions: ['package.xml', 'msg/*.msg', 'srv/*.srv', 'action/*.action'],
         description: ['package.xml', 'urdf/*.urdf', 'meshes/*.stl'],
     },
     cmdclass={'sdist': SdistWithCopies},

@@ -29,6 +29,8 @@ DEFINITIONS = {
     'action/MoveArm.action',
     'action/MoveToPosition.action',
     'srv/GetBatteryStatus.srv',
+    'msg/Contact.msg',
+    'msg/Contacts.msg',
     'srv/GetJointState.srv',
     'srv/Push.srv',
 }

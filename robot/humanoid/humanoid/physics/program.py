@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import Quaternion, WrenchStamped
+from geometry_msgs.msg import Point, Quaternion, Vector3, WrenchStamped
+from humanoid_interfaces.msg import Contact, Contacts
 from humanoid_interfaces.srv import Push
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -39,6 +40,7 @@ from humanoid.physics.base import PhysicsBase
 from humanoid.physics.joints import PhysicsJoints
 from humanoid.physics.pace import Pace
 from humanoid.physics.senses import USUAL, Noise
+from humanoid.physics.touch import Touch
 from humanoid.physics.walkers import find_walker, usual_walker
 from humanoid.physics.world import PERIODS, TICK, Unstable, World
 from humanoid.running import check_range, run
@@ -74,6 +76,7 @@ class Simulation(Node):
         self._fallen = False
         prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
         self._imu_frame, self._sole_frames = f'{prefix}imu_link', [f'{prefix}{sole}' for sole in SOLES]
+        self._prefix, self._touches = prefix, False
         self._clock_out = (
             self.create_publisher(ClockMsg, '/clock', 10)
             if self.declare_parameter('publish_clock', True).value
@@ -85,6 +88,7 @@ class Simulation(Node):
         self._soles = [
             self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data) for sole in SOLES
         ]
+        self._contacts = self.create_publisher(Contacts, 'contacts', 10)
         self._falls = self.create_publisher(Bool, FALLEN, make_latched_qos())
         self._falls.publish(Bool(data=False))
         self._balancing = self.create_publisher(String, BALANCING, make_latched_qos())
@@ -191,6 +195,10 @@ class Simulation(Node):
             wrench.header.stamp, wrench.header.frame_id = stamp, frame
             wrench.wrench.force.z = load
             publisher.publish(wrench)
+        touches = world.touches()
+        if touches or self._touches:  # the last message of several has no contact
+            self._contacts.publish(_contacts(touches, self._prefix, stamp))
+        self._touches = bool(touches)
         energy, self._told_energy = self._told_energy, world.energy
         self._power.publish(Float64(data=(world.energy - energy) / (ticks * TICK)))
         if world.time - self._told_factor >= 1.0:
@@ -218,6 +226,19 @@ def _imu(world: World, stamp: TimeMsg, frame: str) -> Imu:
     rate, pull = message.angular_velocity, message.linear_acceleration
     rate.x, rate.y, rate.z = shown.turn_rate
     pull.x, pull.y, pull.z = shown.acceleration
+    return message
+
+
+def _contacts(touches: Sequence[Touch], prefix: str, stamp: TimeMsg) -> Contacts:
+    """Return touches as a message; `prefix` stands before the names of links, as in TF."""
+    message = Contacts()
+    message.header.stamp = stamp
+    for touch in touches:
+        (x, y, z), (fx, fy, fz) = touch.position.tolist(), touch.force.tolist()
+        place, force = Point(x=x, y=y, z=z), Vector3(x=fx, y=fy, z=fz)
+        message.contacts.append(
+            Contact(link=f'{prefix}{touch.link}', thing=touch.thing, position=place, force=force)
+        )
     return message
 
 

@@ -32,9 +32,13 @@ class Surroundings:
 
     def add(self, spec: Any) -> None:
         """Add the things to a model before it is compiled; doors and people are hidden until `arrange`."""
-        for solid in self._world.solids:
+        names: set[str] = set()
+        for number, solid in enumerate(self._world.solids, start=1):
             yaw = solid.yaw if isinstance(solid, Block) else 0.0
-            _add_geom(spec.worldbody, solid, compose(self._home, Pose2D(solid.x, solid.y, yaw)))
+            geom = _add_geom(spec.worldbody, solid, compose(self._home, Pose2D(solid.x, solid.y, yaw)))
+            name = body_name(solid.kind, solid.name or str(number))
+            geom.name = name if name not in names else f'{name} {number}'  # MuJoCo's names differ
+            names.add(geom.name)
         for name, solid in self._moving.items():
             body = spec.worldbody.add_body(name=name, mocap=True, pos=[0.0, 0.0, AWAY])
             _add_geom(body, solid, Pose2D())
@@ -64,14 +68,14 @@ def body_name(kind: str, name: str) -> str:
     return f'{kind} {name}'
 
 
-def _add_geom(body: Any, solid: Solid, at: Pose2D) -> None:
-    """Add a geom with the solid's shape to the body, its lower face at height 0."""
+def _add_geom(body: Any, solid: Solid, at: Pose2D) -> Any:
+    """Add, and return, a geom with the solid's shape to the body, its lower face at height 0."""
     half = solid.height / 2.0
     if isinstance(solid, Block):
         kind, size = mujoco.mjtGeom.mjGEOM_BOX, [solid.length / 2.0, solid.width / 2.0, half]
     else:
         kind, size = mujoco.mjtGeom.mjGEOM_CYLINDER, [solid.radius, half, 0.0]
-    body.add_geom(
+    return body.add_geom(
         type=kind,
         size=size,
         pos=[at.x, at.y, half],

@@ -14,6 +14,7 @@ from humanoid.navigation.base import Placement, Pose2D, Velocity2D
 from humanoid.physics.build import Array, Robot, build
 from humanoid.physics.falling import give_way, has_fallen
 from humanoid.physics.senses import USUAL, Noise, Senses
+from humanoid.physics.touch import Touch, find_touches
 from humanoid.physics.truth import read_rotation, truth_of
 from humanoid.walking.legs import Legs
 from humanoid.walking.seam import Estimate, Walker, Wish
@@ -201,6 +202,10 @@ class World:
         """The position of the middle of the left (0) or the right (1) sole, in m, in the world's axes."""
         x, y, z = self._data.site_xpos[self.robot.legs[side].sole]
         return float(x), float(y), float(z)
+
+    def touches(self) -> list[Touch]:
+        """What the robot touches, apart from the floor below its feet."""
+        return find_touches(self.robot, self._data)
 
     def state(self) -> bytes:
         """All positions and velocities as bytes, to compare two simulations exactly."""

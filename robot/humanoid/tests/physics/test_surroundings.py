@@ -61,6 +61,20 @@ def test_things_lie_as_seen_from_where_the_robot_starts(world: World, room: Surr
     assert places['door'] == pytest.approx([2.0, -0.5, 0.0], abs=1e-6)
 
 
+def test_it_feels_who_walks_into_it(world: World, room: Surroundings) -> None:
+    """What its feet stand on is no touch."""
+    world.tick()
+    assert world.touches() == []
+    for step in range(100):
+        arrange(world, room, person_ann=(1.0, 0.9 - 0.007 * step, 0.0))
+        world.tick()
+        if world.touches():
+            break
+    felt = world.touches()
+    assert {touch.thing for touch in felt} == {'person ann'}
+    assert sum(touch.force[0] for touch in felt) < 0.0, 'it is pushed back'
+
+
 def test_somebody_who_walks_into_the_robot_pushes_it(world: World, room: Surroundings) -> None:
     before = world.true_pose
     for step in range(100):
