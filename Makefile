@@ -12,7 +12,12 @@ PHYSICS ?= 0
 comma := ,
 empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
+WALKS := $(filter 1,$(PHYSICS))
+# With physics and the page the mission goes through the house; make demo WORLD=house does so in any case.
+WORLD ?= $(if $(VIEW),$(if $(WALKS),house))
 EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
+BODY := ./robot/humanoid$(call with,$(if $(WALKS),sim) $(if $(WORLD),world))
+RUN := $(VENV)/.run-$(RMW)$(if $(VIEW),-view)$(if $(WALKS),-physics)$(if $(WORLD),-world)
 
 .PHONY: dist site demo set-up test quick long fuzz lint types mypy typings bench bench-curves bench-peers bench-short checkers clean reliability zenoh-versions
 
@@ -20,12 +25,12 @@ EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
 ROBOT := $(wildcard $(addprefix robot/,humanoid/setup.py humanoid/humanoid/*.py humanoid/humanoid/*/*.py humanoid_interfaces/*/* humanoid_description/*/*))
 
-# make demo VIEW=1 shows the robot in the browser while the mission runs.
+# make demo VIEW=1 shows the robot in the browser while the mission runs; PHYSICS=1 lets it walk.
 demo:
 	@$(LOCKED) $(MAKE) --no-print-directory set-up
-	HUMANOID_PHYSICS=$(PHYSICS) RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo $(if $(VIEW),--view)
+	HUMANOID_PHYSICS=$(PHYSICS) RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo $(if $(VIEW),--view) $(if $(WORLD),--world $(WORLD))
 
-set-up: $(VENV)/.run-$(RMW)$(if $(VIEW),-view)
+set-up: $(RUN)
 	@:
 
 # make test ZENOH=native (or eclipse): whose Zenoh sessions the tests and their programs open.
@@ -85,8 +90,8 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 	@$(PIP) uv || echo 'without uv, pip installs the rest' >&2
 
-$(VENV)/.run-$(RMW)$(if $(VIEW),-view): pyproject.toml $(ROBOT) | $(BIN)/python
-	$(INSTALL) -e '.$(EXTRA)' ./robot/humanoid
+$(RUN): pyproject.toml $(ROBOT) | $(BIN)/python
+	$(INSTALL) -e '.$(EXTRA)' '$(BODY)'
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml $(ROBOT) | $(BIN)/python

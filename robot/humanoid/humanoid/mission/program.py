@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from humanoid.mission.display import display
 from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying, Sink, to_line
 from humanoid.mission.home import distance_home, drive_home, is_at_home
+from humanoid.mission.house import IN_HOUSE
 from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import Robot
 from humanoid.mission.steps import NotAsExpected, Report, Step, expect, steps
@@ -45,7 +46,10 @@ def _report(number: int, tell: Sink) -> Report:
 
 def main(args: Sequence[str] | None = None) -> int:
     options, ros_args = _parser().parse_known_args(args)
-    mission = steps(battery_starts_late=options.battery_starts_late, whole_body=options.whole_body)
+    mission = [
+        *steps(battery_starts_late=options.battery_starts_late, whole_body=options.whole_body),
+        *(IN_HOUSE if options.in_house else ()),
+    ]
     # The mission itself handles Ctrl-C, not ROS: running goals are cancelled before ROS shuts down.
     join(ros_args, SignalHandlerOptions.NO)
     signal.signal(signal.SIGTERM, _interrupt)
@@ -114,6 +118,11 @@ def _parser() -> argparse.ArgumentParser:
         '--whole-body',
         action='store_true',
         help='three steps more: wave, open and close a hand, be stopped and released',
+    )
+    parser.add_argument(
+        '--in-house',
+        action='store_true',
+        help='two steps more, in the world house: to the kitchen, whose door closes on the way, and home',
     )
     return parser
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from humanoid.text import quote
 
 FOLDER = Path(__file__).parent / 'files'
+HOUSE = 'house'
 SHIPPED = ', '.join(sorted(path.stem for path in FOLDER.glob('*.yaml')))
 NEEDED = ('numpy', 'scipy', 'yaml')
 INSTALL = "pip install numpy scipy PyYAML, or the robot with them: pip install './robot/humanoid[world]'"
