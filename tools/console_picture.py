@@ -89,8 +89,8 @@ def take(page: Page, url: str, file: Path) -> None:
         page.wait_for_function(f'() => !({IS_LOST})()')
         # On a slow computer the page draws ever less detail while the robot walks. The picture has all of it.
         page.evaluate(
-            '() => { const scene = goalwireScene; scene.level = Infinity; scene.sun.castShadow = true;'
-            ' scene.renderer.setPixelRatio(devicePixelRatio); scene.resize();'
+            '() => { const scene = goalwireScene; scene.detail.note = () => false;'
+            ' scene.sun.castShadow = true; scene.renderer.setPixelRatio(devicePixelRatio); scene.resize();'
             ' scene.renderer.render(scene.scene, scene.camera) }'
         )
         page.screenshot(path=str(file))

@@ -32,7 +32,7 @@ def as_data_url(message: Any) -> str:
 def as_file(message: Any) -> tuple[str, bytes]:
     """Return the media type and the file's bytes for an Image or CompressedImage. Raises RemoteError."""
     if not hasattr(message, 'format'):
-        return PNG, png(_pixels(message))
+        return PNG, png(pixels(message))
     data = bytes(message.data)
     for magic, kind in _MAGIC.items():
         if data.startswith(magic) and len(data) <= _MOST_COMPRESSED:
@@ -40,8 +40,11 @@ def as_file(message: Any) -> tuple[str, bytes]:
     raise RemoteError('only JPEG and PNG pictures of up to 4 MB are shown')
 
 
-def _pixels(message: Any) -> np.ndarray[Any, Any]:
-    """Return the pixels as an array of bytes, height x width x channels, in the order red, green, blue."""
+def pixels(message: Any) -> np.ndarray[Any, Any]:
+    """Return an Image's pixels as bytes, height x width x channels, in the order red, green, blue.
+
+    Wide pictures are thinned out. Raises RemoteError.
+    """
     height, width, step, encoding = message.height, message.width, message.step, message.encoding
     data = np.frombuffer(message.data, np.uint8)
     if encoding in {'mono16', '16UC1', '32FC1'}:

@@ -21,7 +21,7 @@ import goalwire
 from goalwire.apps.cli.framework.values import fill, read_values
 from goalwire.apps.console.state.graph_layout import HEIGHT, WIDTH, arrange
 from goalwire.apps.console.state.sending import Target
-from goalwire.apps.console.state.series import Series, as_csv, numbers_in, put_sign
+from goalwire.apps.console.state.series import Series, as_csv, name_joint, number_at, put_sign
 from goalwire.apps.console.state.snippets import as_command, as_python
 from goalwire.errors import RemoteError
 from goalwire.idl.pictures import as_data_url
@@ -59,10 +59,16 @@ def test_nothing_is_minus_nought() -> None:
     ]
 
 
-def test_every_number_of_a_message_can_be_plotted() -> None:
-    found = dict(numbers_in(JointState(name=['a'], position=[1.0, 2.0])))
-    assert (found['position[1]'], 'name[0]' in found) == (2.0, False)
-    assert dict(numbers_in(PoseStamped()))['pose.orientation.w'] == 1.0
+def test_a_plot_of_a_joint_follows_its_name() -> None:
+    message = JointState(name=['a', 'b'], position=[1.0, 2.0])
+    assert name_joint('position[1]', message) == 'position[b]'
+    read = number_at('position[b]')
+    assert read(message) == 2.0
+    assert read(JointState(name=['b'], position=[3.0])) == 3.0
+    assert read(JointState(name=['a'], position=[3.0])) is None
+    assert number_at('position[1]')(message) == 2.0
+    assert name_joint('position[7]', message) == 'position[7]'
+    assert name_joint('pose.orientation.w', PoseStamped()) == 'pose.orientation.w'
 
 
 # -- pictures ------------------------------------------------------------------------------------------------

@@ -36,6 +36,7 @@ def test_a_joints_slider_stays_under_the_mouse_as_goals_end(stage: Stage, open_p
     confirm(page)
     view(page, 'robot')
     page.wait_for_selector('[data-goal-lines] [data-cancel]')
+    page.set_viewport_size({'width': 1100, 'height': 1000})  # all in sight: a browser holds what is scrolled
     slider = page.locator('[data-joint]').first  # the notification comes over the last ones
     slider.scroll_into_view_if_needed()
     slider.hover(force=True)
@@ -579,6 +580,7 @@ def test_what_is_copied_runs(stage: Stage, open_page: OpenPage, tmp_path: Path) 
     ran = stage.command(copied(page, 'Copy as command', 'ros2 action send_goal', '-0.1'))
     assert 'distance_remaining' in ran
     assert 'SUCCEEDED' in ran
+    page.locator('.gw-lanes').scroll_into_view_if_needed()  # lanes out of sight are not drawn
     until(page, "() => goalwireLanes.hits?.filter(hit => hit[4].status === 'SUCCEEDED').length === 2")
 
     # A message, with all that shells, YAML and Python take for their own.

@@ -14,20 +14,18 @@ OpenPage = Callable[[str], Any]
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
-# The brightness of the pixels that show these points of the floor, all in one drawing.
-BRIGHTNESS = """spots => {
+# Red, green and blue of the pixels that show these points of the scene, all in one drawing.
+COLOURS = """spots => {
   const scene = goalwireScene, box = scene.renderer.domElement.getBoundingClientRect();
   scene.renderer.render(scene.scene, scene.camera);
   const gl = scene.renderer.getContext(), pixel = new Uint8Array(4);
-  return spots.map(([x, y]) => {
-    const [left, top] = scene.screen_of(x, y, 0);
+  return spots.map((spot) => {
+    const [left, top] = scene.screen_of(...spot);
     gl.readPixels((left - box.left) / box.width * gl.drawingBufferWidth,
       (1 - (top - box.top) / box.height) * gl.drawingBufferHeight, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-    return (pixel[0] + pixel[1] + pixel[2]) / 3;
+    return [...pixel.slice(0, 3)];
   });
 }"""
-
-
 LOAD = """async url => {
   const { mesh_of } = await import('goalwire-scene-layers');
   window.loaded = mesh_of({ kind: 'mesh', url, size: [1, 1, 1], rgba: [1, 1, 1, 1] }, () => undefined);
@@ -39,6 +37,17 @@ TRIANGLES = """() => {
   for (let at = 0; at < position.count; at += 3)
     found.push([...position.array.slice(3 * at, 3 * at + 9), ...normal.array.slice(3 * at, 3 * at + 3)]);
   return found;
+}"""
+# The level of detail after frames that came so many ms late, one each 100 ms.
+DETAIL = """async groups => {
+  const { Detail } = await import('goalwire-scene-layers');
+  const detail = new Detail(), levels = [];
+  let now = 1000;
+  for (const [count, late] of groups) {
+    for (let frame = 0; frame < count; frame++) detail.note(late, now += 100);
+    levels.push(detail.level);
+  }
+  return levels;
 }"""
 SQUARE = """# a square, with its corners counted from the front and from the back
 v 0 0 0
@@ -55,6 +64,11 @@ def load(page: Any, url: str) -> Any:
     """Load a mesh; return its triangles."""
     page.evaluate(LOAD, url)
     return until(page, TRIANGLES)
+
+
+def brightness(page: Any, *spots: tuple[float, ...]) -> list[float]:
+    """The brightness of the pixels that show these points, from 0 to 255."""
+    return [sum(colour) / 3 for colour in page.evaluate(COLOURS, spots)]
 
 
 @pytest.fixture(autouse=True)
@@ -111,18 +125,36 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     ]
     assert load(page, '/given.obj') == [[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0]]
 
+    # Eight late frames take a step of detail away. It comes back after ten seconds, and after twenty if the
+    # computer was too slow for it again. Seven late frames, and then some in time, take nothing away.
+    late, in_time = 100, 0
+    frames = [(8, late), (8, late), (99, in_time), (1, in_time), (8, late), (199, in_time), (1, in_time)]
+    assert page.evaluate(DETAIL, frames) == [1, 2, 2, 1, 2, 2, 1]
+    assert page.evaluate(DETAIL, [(7, late), (28, in_time), (7, late)]) == [0, 0, 0]
+
+    # A camera's picture hangs at the end of what it sees: here 0.4 m above the map's origin.
+    assert page.locator('[data-layer="/elsewhere/image_raw"]').count() == 0, (
+        'there is no camera_info beside it'
+    )
+    switch(page, '/image_raw')
+    until(page, "() => goalwireScene.layers.spots('/image_raw').length === 1")
+    page.wait_for_selector('[data-layer-note="/image_raw"]:has-text("4 x 2 pixels")')
+    inside = [(-0.9, 0.1, 0.4)]
+    wait_for(lambda: page.evaluate(COLOURS, inside)[0][1] < 60, 'the red picture')
+    assert page.evaluate(COLOURS, inside)[0][0] > 150
+
     # A layer that is switched off is gone.
     picture(page, 'layers')
     switch(page, '/markers')
     until(page, "() => goalwireScene.layers.spots('/markers').length === 0")
 
     # The wall is dark, and the floor beside it and where its mirror images would be is bright.
-    wall, others = [0.7, 0.9], ([0.3, 0.9], [1.3, 0.5], [0.7, -0.6])
-    wait_for(lambda: page.evaluate(BRIGHTNESS, [wall])[0] < 80, 'a dark pixel of the wall')
-    assert min(page.evaluate(BRIGHTNESS, others)) > 150
+    wall, others = (0.7, 0.9, 0.0), ((0.3, 0.9, 0.0), (1.3, 0.5, 0.0), (0.7, -0.6, 0.0))
+    wait_for(lambda: brightness(page, wall)[0] < 80, 'a dark pixel of the wall')
+    assert min(brightness(page, *others)) > 150
     switch(page, '/map')
     until(page, "() => goalwireScene.layers.spots('/map').length === 0")
-    wait_for(lambda: page.evaluate(BRIGHTNESS, [wall])[0] > 150, 'a floor without the wall')
+    wait_for(lambda: brightness(page, wall)[0] > 150, 'a floor without the wall')
     assert 'Subscription count: 0' in stage.command('ros2 topic info /map')
     switch(page, '/map')
     until(page, "() => goalwireScene.layers.spots('/map').length === 1")

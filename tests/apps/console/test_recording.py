@@ -15,8 +15,9 @@ from helpers.recorded_robot import GOALS, SECONDS, SPEED, write_recorded_robot
 
 from goalwire.apps.console.state.playhead import Playhead
 from goalwire.apps.console.state.recorded_moment import Moment, Moments
-from goalwire.apps.console.state.recorded_plot import SPANS, Outline, RecordedPlot, number_at
+from goalwire.apps.console.state.recorded_plot import SPANS, Outline, RecordedPlot
 from goalwire.apps.console.state.recording import Recording
+from goalwire.apps.console.state.series import number_at
 from goalwire.errors import BagError
 from goalwire.rosbag2.writer import Writer
 

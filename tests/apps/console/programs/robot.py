@@ -11,7 +11,7 @@ from pathlib import Path
 from console_interfaces.action import GoTo
 from control_msgs.action import FollowJointTrajectory
 from example_interfaces.action import Fibonacci
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sensor_msgs.msg import BatteryState, Image, JointState
 from std_msgs.msg import Float64, String
@@ -31,6 +31,7 @@ class Robot:
         self.stopped = self.mute = False
         self.head = None
         self.asked = 0
+        self.driven = None
 
     async def go(self, goal):
         target = goal.request.x, goal.request.y
@@ -61,6 +62,17 @@ class Robot:
         [name], [point] = trajectory.joint_names, trajectory.points
         self.head = point.positions[0]
         print(f'{way}: {name} to {self.head:.2f}', flush=True)
+
+    def drive(self, message):
+        driven = message.linear.x, message.angular.z
+        if driven != self.driven:
+            self.driven = driven
+            print('driven {:.2f} {:.2f}'.format(*driven), flush=True)
+
+    def guess(self, message):
+        pose = message.pose.pose
+        degrees = math.degrees(2 * math.atan2(pose.orientation.z, pose.orientation.w))
+        print(f'told {pose.position.x:.1f} {pose.position.y:.1f} {degrees:.0f}', flush=True)
 
     async def listen(self, subscription, heard):
         async for message in subscription:
@@ -120,6 +132,8 @@ async def main(urdf):
             loop.create_task(robot.listen(node.subscription(cls, topic), heard))
             for cls, topic, heard in (
                 (JointTrajectory, 'arm/trajectory', lambda message: robot.move(message, 'message')),
+                (Twist, 'cmd_vel', robot.drive),
+                (PoseWithCovarianceStamped, 'initialpose', robot.guess),
                 (String, 'say', lambda message: print(f'said {message.data!r}', flush=True)),
             )
         ]

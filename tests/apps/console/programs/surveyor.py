@@ -7,7 +7,7 @@ import asyncio
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import OccupancyGrid, Path
-from sensor_msgs.msg import CameraInfo, LaserScan, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 from sensor_msgs_py.point_cloud2 import create_cloud_xyz32
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
@@ -82,6 +82,9 @@ async def main():
         cloud = create_cloud_xyz32(Header(frame_id='map'), [(2.0, 1.0, 0.5), (2.0, 1.0, 1.0)])
         node.publisher(PointCloud2, 'points', qos=LATCHED).publish(cloud)
         node.publisher(CameraInfo, 'camera_info', qos=LATCHED).publish(seen_by_the_camera())
+        red = Image(height=2, width=4, encoding='rgb8', step=12, data=bytes([200, 0, 0]) * 8)
+        for topic in ('image_raw', 'elsewhere/image_raw'):
+            node.publisher(Image, topic, qos=LATCHED).publish(red)
         node.publisher(PoseWithCovarianceStamped, 'amcl_pose', qos=LATCHED).publish(somewhere())
         scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=5.0, ranges=[2.0, 9.0])
         scan.header.frame_id = 'map'

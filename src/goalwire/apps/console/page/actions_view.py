@@ -65,7 +65,7 @@ class ActionsView(View):
                         {'name': 'name', 'label': 'Name', 'mono': True, 'wrap': True},
                         {'name': 'active', 'label': 'Active', 'align': 'right', 'width': '64px'},
                     ],
-                    empty='No action servers yet.',
+                    empty='No action servers yet. They appear here as they start.',
                     on_row=self.turning_to(self._choose),
                 )
             with ui.element('div').classes('gw-two').style('align-items: start'):
@@ -185,7 +185,7 @@ class ActionsView(View):
                         'flat dense no-caps color=negative data-cancel'
                     )
                     before = ui.button(icon='history', on_click=lambda: self._cancel_before(goal)).props(
-                        'flat dense round size=sm data-cancel-before'
+                        'flat dense round size=sm data-cancel-before aria-label="Cancel it and earlier ones"'
                     )
                     before.tooltip('Cancel this goal and those accepted before it')
                     for each in (cancel, before):
@@ -270,7 +270,7 @@ class ActionsView(View):
             form.keep_draft(self.name)
             if form.sent:
                 form.fill(form.sent[-1].sending.values)
-            with ui.element('div').classes('gw-actions'):
+            with ui.element('div').classes('gw-actions gw-send'):
                 form.send_button('Send goal', 'data-send-goal', self._send)
                 form.deadline_field(None)
                 form.yaml_button()

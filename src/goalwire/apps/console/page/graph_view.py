@@ -131,7 +131,7 @@ class GraphViewPage(View):
         )
         bad = {endpoint.gid for problem in problems for endpoint in problem.endpoints}
         self._table.put([_row(each, bad) for each in _sort(endpoints) if self._passes(each)])
-        self._draw(endpoints, bad)
+        self._draw(self._in_focus(endpoints), bad)
 
     def _is_shown(self, each: GraphEntity) -> bool:
         if each.node.name.startswith('_') or each.node.qualified == self.node.name:
@@ -140,6 +140,13 @@ class GraphViewPage(View):
 
     def _may_see(self, each: GraphEntity) -> bool:
         return self.rights.may(Verb.INTROSPECT, each.node.qualified)
+
+    def _in_focus(self, endpoints: list[GraphEntity]) -> list[GraphEntity]:
+        """Return what is drawn: what passes the filter, and what lies at the other end of it."""
+        if not self._filter:
+            return endpoints
+        names = {each.name for each in endpoints if self._passes(each)}
+        return [each for each in endpoints if each.name in names]
 
     def _passes(self, each: GraphEntity) -> bool:
         text = f'{each.node.qualified} {each.name} {each.type_name} {_KINDS[each.kind]}'

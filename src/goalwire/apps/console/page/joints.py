@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from goalwire.apps.console.page.parts import head
+from goalwire.apps.console.state.limbs import limbs_of
 from goalwire.apps.console.state.series import put_sign
 from goalwire.errors import GoalwireError
 from goalwire.transforms.urdf import Joint
@@ -26,8 +27,9 @@ class JointSliders:
     """A slider for each joint. Nothing is sent until the user has chosen and confirmed an interface."""
 
     def __init__(self, view: View, joints: Sequence[Joint]) -> None:
+        """`joints` are all joints of the robot's description."""
         self._view = view
-        self._joints = {joint.name: joint for joint in joints}
+        self._joints = {joint.name: joint for joint in joints if joint.is_free}
         self._sliders: dict[str, ui.slider] = {}
         self._values: dict[str, ui.label] = {}
         self._held = ''
@@ -38,15 +40,18 @@ class JointSliders:
             'outlined dense options-dense data-joint-way'
         )
         self._way.style('width: 100%').on_value_change(self._enable)
-        for joint in joints:
-            self._slider(joint)
+        for title, limb in limbs_of(joints).items():
+            if len(limb) == 1:
+                self._slider(limb[0])
+                continue
+            with ui.expansion(title, value=True).props('dense data-limb').style('width: 100%'):
+                for joint in limb:
+                    self._slider(joint)
         self.look()
 
     def _slider(self, joint: Joint) -> None:
         with ui.element('div').classes('gw-slider'):
-            ui.label(joint.name).classes('gw-slider-name').tooltip(
-                f'{joint.kind}, {joint.lower:.2f} to {joint.upper:.2f}'
-            )
+            ui.label(joint.name).classes('gw-slider-name').tooltip(joint.kind)
             self._values[joint.name] = ui.label('').classes('gw-slider-value')
             slider = ui.slider(min=joint.lower, max=joint.upper, step=0.01, value=0.0).props('dense')
             slider.props['data-joint'] = joint.name
@@ -54,6 +59,8 @@ class JointSliders:
             slider.on('pan', lambda event, name=joint.name: self._hold(name, str(event.args)))
             slider.on('change', lambda event, name=joint.name: self._move(name, event.args), throttle=0.1)
             self._sliders[joint.name] = slider
+            for limit in (joint.lower, joint.upper):
+                ui.label(_position(joint, limit)).classes('gw-slider-limit')
 
     def look(self) -> None:
         """Find the topics and actions that take commands for joints."""
@@ -94,7 +101,7 @@ class JointSliders:
             if position is None or abs(self._shown.get(name, math.inf) - position) < 0.004:
                 continue
             self._shown[name] = position
-            self._values[name].set_text(put_sign(position))
+            self._values[name].set_text(_position(self._joints[name], position))
             if name != self._held:
                 slider.set_value(round(position, 2))
 
@@ -117,7 +124,8 @@ class JointSliders:
             view.page.tell(str(error), 'warning')
             return
         if ('joints', way) not in view.page.trusted:
-            text = f'{name} goes to {position:.2f}; from now on each slider moves its joint at once.'
+            goes_to = _position(self._joints[name], position)
+            text = f'{name} goes to {goes_to}; from now on each slider moves its joint at once.'
             if not await view.page.confirm('joints', way, 'Move joints with the sliders?', text, 'Move'):
                 return
             view.page.trusted.add(('joints', way))
@@ -127,3 +135,11 @@ class JointSliders:
                 view.page.tell(goal.problem, 'negative')
         else:
             await view.page.attempt(view.session.sender.publish_once(target, sending, view.rights, 1.0))
+
+
+def _position(joint: Joint, position: float) -> str:
+    """Return a joint's position with its unit: m, or rad and degrees."""
+    if joint.kind == 'prismatic':
+        return f'{position:+.3f} m'
+    degrees = f'{math.degrees(position):+.0f}°'
+    return f'{put_sign(position)} rad {"+0°" if degrees == "-0°" else degrees}'

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import ui
 from nicegui.element import Element
 
+from goalwire.apps.console.state.goal_text import describe_goal
 from goalwire.observe.goals import Goal, lanes
 
 _TICKS_SENT = 120
@@ -112,6 +113,7 @@ def lane_groups(shown: Iterable[Goal], now: float, margin: float) -> list[dict[s
         group['goals'].append(
             {
                 'id': goal.goal_id,
+                'title': _title(goal),
                 'action': goal.action,
                 'row': row,
                 'began': round(goal.began, 2),
@@ -123,6 +125,12 @@ def lane_groups(shown: Iterable[Goal], now: float, margin: float) -> list[dict[s
             }
         )
     return [groups[name] for name in sorted(groups)]
+
+
+def _title(goal: Goal) -> str:
+    """Return what a goal asks for, if this process has sent it, and the beginning of its number."""
+    asked = '' if goal.request is None else describe_goal(goal.request)
+    return f'{asked}  {goal.goal_id[:8]}' if asked else goal.goal_id[:8]
 
 
 def head(title: str, icon: str = '') -> ui.element:

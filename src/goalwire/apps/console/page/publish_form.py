@@ -36,7 +36,7 @@ class PublishForm:
         with self._box:
             self._form = form = SendForm(self._page, target)
             form.keep_draft('topics')
-            with ui.element('div').classes('gw-actions'):
+            with ui.element('div').classes('gw-actions gw-send'):
                 form.send_button('Publish', 'data-publish', self._publish)
                 form.yaml_button()
                 form.copy_buttons()

@@ -1,16 +1,12 @@
 // A robot in 3D: shapes on links, whose poses the server sends; the browser moves smoothly between them.
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
-import { Axes, Layers, mesh_of } from "goalwire-scene-layers";
+import { Axes, Detail, FloorTools, Layers, mesh_of } from "goalwire-scene-layers";
 
 const THEMES = {
   light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
   dark: { sky: 0x111a2a, floor: 0x1c2940, line: 0x4a5d80, strong: 0x7288b3, trail: 0x818cf8, hemi: 1.7 },
 };
 const FRAMES = 30; // 1/s
-const LATE = 40; // ms: a frame that comes so late shows that this computer is slow
-const DETAIL = [
-  { shadows: true, scale: 1 }, { shadows: false, scale: 1 }, { shadows: false, scale: 0.75 }, { shadows: false, scale: 0.5 },
-];
 const SMOOTH = 14; // 1/s: how quickly a link follows the pose that was sent
 
 // Lines in short pieces: a renderer in software leaves out a line that begins behind the camera.
@@ -30,7 +26,7 @@ export default {
   template: `<div class="gw-scene"><canvas></canvas><div class="gw-scene-labels"></div>
     <div class="gw-scene-none" style="display:none">This browser shows no 3D (WebGL is off).</div></div>`,
   props: { dark: Boolean, follows: { type: Boolean, default: true }, begin: { type: Array, default: () => [] } },
-  emits: ["floor", "camera"],
+  emits: ["floor", "pose", "camera"],
   mounted() {
     this.links = new Map();
     this.others = new Map(); // by name: the robots beside the selected one
@@ -38,7 +34,7 @@ export default {
     this.frames = FRAMES; // 1/s, at most; tests set fewer
     this.last = this.rendered = 0;
     this.follow = this.follows;
-    this.level = 0;
+    this.detail = new Detail();
     const canvas = this.$el.querySelector("canvas");
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then all is where the latest message says
     try {
@@ -68,9 +64,10 @@ export default {
     this.marks = new THREE.Group();
     this.layers = new Layers(() => this.wake());
     this.axes = new Axes();
+    this.tools = new FloorTools();
     // Holds all that is placed in the topmost frame. It moves so that the fixed frame stands still.
     this.world = { group: new THREE.Group(), position: new THREE.Vector3(), turn: new THREE.Quaternion() };
-    this.world.group.add(this.robot, this.marks, this.layers.root, this.axes.root);
+    this.world.group.add(this.robot, this.marks, this.layers.root, this.axes.root, this.tools.root);
     this.scene.add(this.world.group);
     this.paint_theme();
     this.add_trail();
@@ -82,6 +79,7 @@ export default {
   },
   unmounted() {
     clearTimeout(this.pause);
+    clearTimeout(this.rest);
     cancelAnimationFrame(this.request);
     this.request = -1; // nothing asks for a frame any more
     this.observer?.disconnect();
@@ -144,11 +142,30 @@ export default {
     },
     listen(canvas) {
       let down = null;
-      canvas.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY, event.button]));
+      canvas.addEventListener("pointerdown", (event) => {
+        down = [event.clientX, event.clientY, event.button];
+        const point = this.tools.tool && event.button === 0 && this.floor_at(event.clientX, event.clientY);
+        if (!point) return;
+        canvas.setPointerCapture(event.pointerId);
+        this.tools.press(point);
+        this.wake();
+      });
+      canvas.addEventListener("pointermove", (event) => {
+        const point = this.tools.is_pressed && this.floor_at(event.clientX, event.clientY);
+        if (!point) return;
+        this.tools.drag(point);
+        this.wake();
+      });
       canvas.addEventListener("pointerup", (event) => {
         if (!down || down[2] !== 0) return;
-        if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5) this.clicked(event);
+        if (this.tools.tool) this.release_tool();
+        else if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5) this.clicked(event);
         down = null;
+      });
+      canvas.addEventListener("pointercancel", () => {
+        down = null;
+        this.tools.drop();
+        this.wake();
       });
       canvas.addEventListener("dblclick", (event) => event.preventDefault());
       this.controls.addEventListener("start", () => (this.dragging = true));
@@ -160,6 +177,20 @@ export default {
     clicked(event) {
       const point = this.floor_at(event.clientX, event.clientY);
       if (point) this.$emit("floor", { x: point.x, y: point.y });
+    },
+    set_tool(tool) { // "goal", "pose", "measure", or "": then a drag turns the view, and a click is a goal
+      if (!this.renderer) return;
+      this.tools.choose(tool);
+      this.turning ??= [this.controls.mouseButtons.LEFT, this.controls.touches.ONE];
+      [this.controls.mouseButtons.LEFT, this.controls.touches.ONE] = tool ? [null, null] : this.turning;
+      this.wake();
+    },
+    release_tool() {
+      if (!this.tools.is_pressed) return;
+      const tool = this.tools.tool, place = this.tools.release();
+      this.wake();
+      if (tool === "goal") this.$emit("floor", place);
+      else if (tool === "pose") this.$emit("pose", place);
     },
     floor_at(clientX, clientY) {
       const box = this.renderer.domElement.getBoundingClientRect();
@@ -381,17 +412,17 @@ export default {
       this.tell_camera();
       this.wake();
     },
-    adapt(now) { // less detail where this computer is too slow for it
+    adapt(now) { // less detail if this computer is too slow for it
+      clearTimeout(this.rest);
       const late = now - this.rendered - 1000 / this.frames;
-      if (this.asked - this.rendered > 20 || late > 1000) return; // it rested
-      this.slow = late > LATE ? (this.slow || 0) + 1 : Math.max(0, (this.slow || 0) - 0.25);
-      if (this.slow < 8 || this.level >= DETAIL.length - 1) return;
-      this.slow = 0;
-      this.level = (this.level || 0) + 1;
-      const detail = DETAIL[this.level];
-      this.sun.castShadow = detail.shadows;
-      this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * detail.scale);
-      this.resize();
+      const rested = this.asked - this.rendered > 20 || late > 1000;
+      if (this.detail.note(rested ? 0 : late, now)) {
+        const { shadows, scale } = this.detail.wanted;
+        this.sun.castShadow = shadows;
+        this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * scale);
+        this.resize();
+      }
+      if (this.detail.level) this.rest = setTimeout(() => this.wake(), this.detail.patience); // if all stands still
     },
     wake() { // draws soon; while nothing changes, the browser is asked for no frame
       this.dirty = true;

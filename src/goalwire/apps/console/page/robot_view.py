@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,31 +11,29 @@ from nicegui import ui
 from nicegui.element import Element
 
 from goalwire.apps.console.page.balance_card import BalanceCard
+from goalwire.apps.console.page.floor_goals import FloorGoals
 from goalwire.apps.console.page.frames_card import FramesCard
 from goalwire.apps.console.page.joints import JointSliders
 from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.layers_card import LayersCard
 from goalwire.apps.console.page.other_robots_card import OtherRobotsCard
 from goalwire.apps.console.page.parts import head, hold_goal_lines
-from goalwire.apps.console.page.send_form import SendForm
+from goalwire.apps.console.page.scene_tools import SceneTools
+from goalwire.apps.console.page.teleop_card import TeleopCard
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.robot_model import scene_of
-from goalwire.apps.console.state.robot_watch import NavigationTarget, navigation_target, place_values
 from goalwire.apps.console.state.series import put_sign
-from goalwire.errors import GoalwireError, UnknownInterfaceError
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.draft import Draft
     from goalwire.apps.console.state.robot_model import RobotModel
     from goalwire.apps.console.state.robot_watch import RobotWatch
-    from goalwire.apps.console.state.sending import Sent, Target
-    from goalwire.observe.goals import Goal
 
 _THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
-_TIMES = ('timeout', 'time_allowance', 'max_duration', 'time_limit')
-_NO_ROBOT = 'No robot yet: there is neither a robot_description nor joint states.'
-_PATIENCE_S = 60.0
-"""The form's default for a goal's time limit in s, if its definition has none."""
+_NO_ROBOT = (
+    'No robot yet: there is neither a robot_description nor joint states. A robot of yours needs a '
+    'robot_state_publisher; `humanoid up` starts one that comes with goalwire.'
+)
 
 
 class RobotScene(
@@ -57,9 +54,6 @@ class RobotScene(
         self.update()
 
 
-_PLACE = 'x', 'y', 'yaw'
-
-
 class RobotView(View):
     """The scene, and beside it the robot's position, its targets, and its joints."""
 
@@ -76,12 +70,8 @@ class RobotView(View):
         self._mesh_problem = ''
         self._meshes_version = 0
         self._names: list[str] = []
-        self._place: tuple[float, float, float] | None = None
-        self._offered: SendForm | None = None
-        """The form of the goal that the user is asked about; None if the user is not asked."""
         self._sent: object = None
         self._seen: object = None
-        self._targets: dict[str, NavigationTarget] = {}
         self._refused = ''
         self._joints: JointSliders | None = None
 
@@ -92,9 +82,11 @@ class RobotView(View):
                 self._scene.begin(self.page.layout.camera, follows=self.page.layout.follows)
                 self._scene.set_dark(self.page.is_dark)
                 self._scene.on('floor', self._on_floor)
+                self._scene.on('pose', self._on_pose)
                 self._build_bar()
             with ui.element('div').classes('gw-stack').style('overflow: auto'):
                 self._build_state()
+                self._teleop = TeleopCard(self.page)
                 self._balance = BalanceCard(self.page)
                 self._frames = FramesCard(self.page, self._scene)
                 self._layers = LayersCard(self.page, self._scene)
@@ -104,11 +96,12 @@ class RobotView(View):
                 hold_goal_lines(self._goal_lines, under=self._joint_card)
 
     def _build_bar(self) -> None:
-        with ui.element('div').classes('gw-scene-bar'):
-            _build_camera_buttons(self.page, self._scene)
         with ui.element('div').classes('gw-scene-foot'):
             self._foot = ui.label('').classes('gw-float gw-mono')
-            self._hint = ui.label('').classes('gw-float')
+            hint = ui.label('').classes('gw-float').props('data-hint')
+        with ui.element('div').classes('gw-scene-bar'):
+            _build_camera_buttons(self.page, self._scene)
+            self._tools = SceneTools(self.page, self._scene, hint)
 
     def _build_state(self) -> None:
         with ui.element('div').classes('gw-card'):
@@ -120,10 +113,7 @@ class RobotView(View):
             self._gone.set_visibility(False)
             self._problem = ui.label('').classes('gw-problem').props('data-robot-problem')
             self._problem.set_visibility(False)
-            self._way = ui.select({}, label='A click on the floor sends').props(
-                'outlined dense options-dense data-way'
-            )
-            self._way.style('width: 100%')
+            self._floor_goals = FloorGoals(self)
             self._goal_lines = ui.element('div').classes('gw-goal-lines').props('data-goal-lines')
 
     def set_dark(self, dark: bool) -> None:
@@ -142,7 +132,9 @@ class RobotView(View):
             self._watch is not None and self._watch.namespace != self.page.robot
         ):
             self._follow(self.page.robot)
-        self._find_targets()
+        click_text = self._floor_goals.look(self._whom())
+        self._tools.look(self.page.robot, click_text=click_text)
+        self._teleop.look(self.page.robot)
         self._balance.look(self.page.robot)
         self._layers.look(self.page.robot)
         self._others.look(self.page.robot, self._names)
@@ -162,27 +154,6 @@ class RobotView(View):
             return
         self._watch = self.session.watch_robot(namespace)
         self._version = -1
-        self._place = None
-
-    def _find_targets(self) -> None:
-        found: dict[str, NavigationTarget] = {}
-        for name, type_name in self.session.goal_watch.served.items():
-            if not self.session.may_move(name, self.page.robot):
-                continue
-            try:
-                target = self.session.sender.target('action', name, type_name)
-            except (UnknownInterfaceError, GoalwireError):
-                continue
-            way = navigation_target(name, type_name, target.fields)
-            if way is not None and not self.rights.why_not_send('action', name):
-                found[name] = way
-        if found.keys() != self._targets.keys():
-            self._targets = found
-            chosen = next(iter(found), None)
-            self._way.set_options({name: name for name in found}, value=chosen)
-            self._hint.set_text(f'Click on the floor to send {self._whom()} there')
-        self._way.set_visibility(bool(found))
-        self._hint.set_visibility(bool(found))
 
     # -- refreshing the view ---------------------------------------------------------------------------------
 
@@ -202,7 +173,7 @@ class RobotView(View):
         turn = base.rotation
         yaw = math.atan2(2 * (turn[3] * turn[2] + turn[0] * turn[1]), 1 - 2 * (turn[1] ** 2 + turn[2] ** 2))
         links = watch.link_poses()
-        marks = self._marks()
+        marks = self._floor_goals.marks()
         self._frames.refresh(watch)
         state = (links, marks, len(watch.trail))
         if state != self._sent:
@@ -258,24 +229,13 @@ class RobotView(View):
             return
         self._draw_shapes(model)
         with self._joint_card:
-            self._joints = JointSliders(self, [joint for joint in model.kinematics.joints if joint.is_free])
+            self._joints = JointSliders(self, list(model.kinematics.joints))
 
     def _draw_shapes(self, model: RobotModel) -> None:
         self._sent = None
         scene, self._mesh_problem, missing = scene_of(model, self.session.meshes)
         self._about.set_text(_describe(model, missing))
         self._scene.run_method('set_model', scene)
-
-    def _marks(self) -> list[dict[str, Any]]:
-        marks = []
-        for goal in self.rights.of_seen_actions(self.session.goals.active()):
-            way = self._targets.get(goal.action)
-            place = None if way is None or goal.request is None else _place_in(goal.request, way)
-            if place is not None:
-                marks.append(_mark_of(goal, place))
-        if self._place is not None:
-            marks.append({'id': 'new', 'text': 'here?', **dict(zip(_PLACE, self._place, strict=True))})
-        return marks
 
     def _put_goals(self) -> None:
         goals = self.rights.of_seen_actions(goal for goal in self.session.goals.active() if goal.is_mine)[-3:]
@@ -302,58 +262,28 @@ class RobotView(View):
         if await self.page.attempt(self.session.sender.cancel(action, self.rights, goal_id)) is not None:
             self.page.tell('The goal is being cancelled')
 
-    # -- navigation goals ------------------------------------------------------------------------------------
+    # -- presses on the floor ------------------------------------------------------------------------------
 
     async def _on_floor(self, event: Any) -> None:
-        way = self._targets.get(str(self._way.value or ''))
-        watch = self._watch
-        if way is None or watch is None:
-            return
-        x, y = (round(float(event.args[name]), 2) for name in 'xy')
-        frame, base = watch.pose()
-        yaw = math.atan2(y - base.translation[1], x - base.translation[0])
-        self._place = (x, y, yaw)
-        self.page.refresh_soon()
-        try:
-            await self._offer(way, frame, (x, y, yaw))
-        finally:
-            self._place = None
+        self._tools.choose('')
+        if self._watch is not None:
+            x, y, yaw = _place_of(event)
+            await self._floor_goals.offer(self._watch, x, y, yaw)
 
-    async def _offer(self, way: NavigationTarget, frame: str, place: tuple[float, float, float]) -> None:
-        """Show the goal, which the user may change, and send it after the user has confirmed it."""
-        target = self.session.sender.target('action', way.action, way.type_name)
-        history = self.session.sender.history.get(('action', way.action), ())
-        values = place_values(way, _first_values(target, history), frame, *place)
-        with self.page.client, ui.dialog() as dialog, ui.card().classes('gw-confirm'):
-            ui.label(f'Send {self._whom()} to x {place[0]:.2f} m, y {place[1]:.2f} m?').classes('gw-title')
-            ui.label(f'{way.action}, in {frame}').classes('gw-dim gw-mono')
-            with ui.expansion('The goal in full').props('dense').style('width: 100%'):
-                self._offered = form = SendForm(self.page, target, values)
-                form.keep_draft(self.name)
-            with ui.element('div').classes('gw-actions').style('width: 100%'):
-                form.copy_buttons()
-                ui.element('div').classes('gw-spread')
-                with ui.element('div').classes('gw-actions'):
-                    ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
-                    ui.button('Send', icon='send', on_click=lambda: dialog.submit(True)).props(
-                        'unelevated dense no-caps color=primary data-send padding="4px 14px"'
-                    )
-        with self.page.client:
-            answer = await dialog
-        self._offered = None
-        sending = form.sending() if answer else None
-        dialog.delete()
-        if sending is not None:
-            goal = await self.page.attempt(self.session.sender.send_goal(target, sending, self.rights))
-            if goal is not None and goal.problem:
-                self.page.tell(goal.problem, 'negative')
+    async def _on_pose(self, event: Any) -> None:
+        if self._watch is None:
+            return
+        x, y, yaw = _place_of(event)
+        frame, base = self._watch.pose()
+        _, _, z, w = base.rotation
+        turn = 2.0 * math.atan2(z, w) if yaw is None else yaw  # without a drag it faces as before
+        await self._tools.send_guess(frame, x, y, turn)
 
     def resume(self, draft: Draft) -> bool:
-        if self._offered is not None and self._offered.target.name == draft.name:
-            self._offered.restore(draft)
-        return True  # without its question, the draft of a goal belongs to no place on the floor
+        return self._floor_goals.resume(draft)
 
     def close(self) -> None:
+        self._teleop.close()
         self._balance.close()
         self._layers.close()
         self._others.close()
@@ -392,34 +322,14 @@ def _build_camera_buttons(page: Page, scene: RobotScene) -> None:
         ('top', 'vertical_align_bottom'),
     ):
         ui.button(icon=icon, on_click=lambda way=way: scene.run_method('view_from', way)).props(
-            'flat dense round size=sm'
+            f'flat dense round size=sm aria-label="View: {way}"'
         ).classes('gw-float').tooltip(f'View: {way}')
     follow = ui.checkbox('Follow', value=page.layout.follows, on_change=set_follow)
     follow.props('dense size=sm data-follow').classes('gw-float')
 
 
-def _first_values(target: Target, history: Sequence[Sent]) -> dict[str, Any]:
-    """Return the values with which the form of a goal begins: those of the latest goal, if there is one."""
-    values = dict(target.defaults)
-    for name in _TIMES:
-        if values.get(name) == 0.0:
-            values[name] = _PATIENCE_S
-    if history:
-        values |= history[-1].sending.values
-    return values
-
-
-def _mark_of(goal: Goal, place: tuple[float, float, float]) -> dict[str, Any]:
-    """Return the mark of a goal in the scene, with its status and progress."""
-    progress = '' if goal.progress is None else f' {goal.progress * 100:.0f} %'
-    x, y, yaw = place
-    return {'id': goal.goal_id, 'x': x, 'y': y, 'yaw': yaw, 'text': f'{goal.status.lower()}{progress}'}
-
-
-def _place_in(request: Any, way: NavigationTarget) -> tuple[float, float, float] | None:
-    if not way.path:
-        return float(request['x']), float(request['y']), 0.0
-    pose = request[way.path[0]]['pose']
-    turn = pose['orientation']
-    yaw = 2 * math.atan2(float(turn['z']), float(turn['w']))
-    return float(pose['position']['x']), float(pose['position']['y']), yaw
+def _place_of(event: Any) -> tuple[float, float, float | None]:
+    """Return the place of a press on the floor, to the centimetre, and its heading, if a drag gave one."""
+    x, y = (round(float(event.args[name]), 2) + 0.0 for name in 'xy')
+    yaw = event.args.get('yaw')
+    return x, y, None if yaw is None else float(yaw)

@@ -168,7 +168,7 @@ class ServicesView(View):
             )
 
     def _buttons(self, form: SendForm) -> None:
-        with ui.element('div').classes('gw-actions'):
+        with ui.element('div').classes('gw-actions gw-send'):
             form.send_button('Call', 'data-call', self._call)
             form.deadline_field(_TIMEOUT_S)
             form.attempts_field()

@@ -163,7 +163,7 @@ class Shell:
         self._battery = ui.label('').classes('gw-chip').props('data-battery')
         LayoutMenu(self._page, self._show_layout)
         self._theme = ui.button(icon='dark_mode', on_click=self._switch_dark).props(
-            'flat dense round size=sm'
+            'flat dense round size=sm aria-label="Dark or light"'
         )
         self._theme.classes('gw-quiet').tooltip('Dark or light')
         self._seen_version = -1
@@ -174,6 +174,7 @@ class Shell:
         ui.label(name).classes('gw-chip').props('data-who').tooltip('You have signed in under this name')
         # A link: the browser follows it although the page is not connected yet, or not any more.
         out = ui.button(icon='logout').props(f'flat dense round size=sm data-sign-out href={SIGN_OUT}')
+        out.props['aria-label'] = 'Sign out'
         out.classes('gw-quiet').tooltip('Sign out')
 
     def _refresh_bar(self) -> None:

@@ -13,7 +13,7 @@ from goalwire.apps.console.page.parts import LiveTable, ValueTree, forbid, head
 from goalwire.apps.console.page.publish_form import PublishForm
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.draft import Draft
-from goalwire.apps.console.state.series import Series, as_csv, numbers_in
+from goalwire.apps.console.state.series import Series, as_csv, name_joint, number_at
 from goalwire.apps.console.state.topics import Reading
 from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError, peer_text
 from goalwire.idl.pictures import COMPRESSED, IMAGE, as_data_url
@@ -208,6 +208,8 @@ class TopicsView(View):
     # -- the plot --------------------------------------------------------------------------------------------
 
     def _plot(self, path: str) -> None:
+        if self._reading is not None:
+            path = name_joint(path, self._reading.reader.latest)
         name = f'{self._topic} {path}'
         if len(self._plots) >= _MOST_SERIES or any(each.series.name == name for each in self._plots):
             return
@@ -239,13 +241,12 @@ class TopicsView(View):
         plotted = self.page.plotted
         if (topic, path) not in plotted:
             plotted[topic, path] = Series(f'{topic} {path}')
-        series = plotted[topic, path]
+        series, read = plotted[topic, path], number_at(path)
 
         def take(message: Any, at: float) -> None:
-            for found, value in numbers_in(message):
-                if found == path:
-                    series.append(at, value)
-                    return
+            value = read(message)
+            if value is not None:
+                series.append(at, value)
 
         reading = self.session.topics.read(topic, type_name, take)
         self._plots.append(Plotted(series, topic, path, reading))
@@ -264,9 +265,9 @@ class TopicsView(View):
                         f'width: 8px; height: 8px; border-radius: 4px; background: {colour}'
                     )
                     ui.label(each.series.name)
-                    ui.icon('close', size='13px').style('cursor: pointer').on(
-                        'click', lambda plotted=each: self._unplot(plotted)
-                    )
+                    close = ui.icon('close', size='13px').style('cursor: pointer')
+                    close.props['aria-label'] = f'Take {each.series.name} out of the plot'
+                    close.on('click', lambda plotted=each: self._unplot(plotted))
 
     def _unplot(self, plotted: Plotted) -> None:
         plotted.reading.close()

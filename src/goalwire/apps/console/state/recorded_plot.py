@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import math
-import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
-from typing import Any
 
 import numpy as np
 
 from goalwire.apps.console.state.recording import Decoders, Recording
+from goalwire.apps.console.state.series import number_at
 from goalwire.errors import BagError, peer_text
 from goalwire.rosbag2.reader import Reader
 
 SPANS = 1000
 _TELL_EACH = 20_000
 """The number of messages after which the points read so far are shown."""
-_STEP = re.compile(r'([^.\[\]]+)|\[(\d+)\]')
 
 
 class Outline:
@@ -52,22 +50,6 @@ class Outline:
             if not math.isnan(time)
         }
         return sorted(points)
-
-
-def number_at(path: str) -> Callable[[Any], float | None]:
-    """Return a function that reads the number at a path of `numbers_in`, or None if there is no number."""
-    steps = [name or int(index) for name, index in _STEP.findall(path)]
-
-    def read(message: Any) -> float | None:
-        value = message
-        try:
-            for step in steps:
-                value = value[step] if isinstance(step, int) else getattr(value, step)
-            return float(value)
-        except (IndexError, AttributeError, TypeError, ValueError):
-            return None
-
-    return read
 
 
 class RecordedPlot:

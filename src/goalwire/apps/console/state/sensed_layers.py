@@ -10,6 +10,7 @@ import numpy as np
 
 from goalwire.apps.console.state.layers import Drawing, Shape, pose_of
 from goalwire.errors import RemoteError
+from goalwire.idl.pictures import pixels
 from goalwire.transforms.rigid import Rigid
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
@@ -19,6 +20,8 @@ POSE_WITH_COVARIANCE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
 ODOMETRY = 'nav_msgs/msg/Odometry'
 
 MOST_CLOUD_POINTS = 50_000
+MOST_PICTURE_PIXELS = 160
+"""The largest side of a picture in the scene, in pixels; larger pictures are thinned out."""
 _FLOATS = {7: '<f4', 8: '<f8'}
 """Datatypes of sensor_msgs/msg/PointField that coordinates may have."""
 _FLOAT32, _UINT32 = 7, 6
@@ -108,18 +111,40 @@ def draw_camera(message: Any) -> Drawing:
 
     Raises RemoteError for a camera that is not calibrated.
     """
-    fx, fy, cx, cy = message.k[0], message.k[4], message.k[2], message.k[5]
-    if not all(map(math.isfinite, (fx, fy, cx, cy))) or fx <= 0 or fy <= 0:
-        raise RemoteError('the camera is not calibrated: its focal length is 0')
-    corners = [
-        ((u - cx) / fx * _CAMERA_DEPTH, (v - cy) / fy * _CAMERA_DEPTH, _CAMERA_DEPTH)
-        for u, v in ((0, 0), (message.width, 0), (message.width, message.height), (0, message.height))
-    ]
+    corners = _corners(message)
     spots: list[float] = []
     for corner, following in zip(corners, [*corners[1:], corners[0]], strict=True):
         spots += (0.0, 0.0, 0.0, *corner, *corner, *following)
     shape: Shape = {'kind': 'segments', 'spots': spots, 'rgba': _CAMERA_COLOUR, 'width': 0.01}
     return Drawing({_frame(message): [shape]}, f'{message.width} x {message.height} pixels')
+
+
+def draw_picture(image: Any, camera: Any) -> Drawing:
+    """Return a sensor_msgs/msg/Image at the end of the pyramid of its sensor_msgs/msg/CameraInfo.
+
+    Raises RemoteError for a picture that cannot be shown, or a camera that is not calibrated.
+    """
+    rows = pixels(image)
+    step = max(1, -(-max(rows.shape[:2]) // MOST_PICTURE_PIXELS))
+    small = rows[::step, ::step, :3]
+    if small.shape[2] != 3:
+        small = np.repeat(small[:, :, :1], 3, axis=2)
+    shape: Shape = {
+        'kind': 'picture',
+        'corners': [round(number, 4) for corner in _corners(camera) for number in corner],
+        'cells': [small.shape[1], small.shape[0]],
+        'pixels': b64encode(np.ascontiguousarray(small).tobytes()).decode(),
+    }
+    return Drawing({_frame(camera): [shape]}, f'{image.width} x {image.height} pixels')
+
+
+def _corners(camera: Any) -> list[tuple[float, float, float]]:
+    """Return where the corners of a camera's picture lie in its optical frame, from the upper left one on."""
+    fx, fy, cx, cy = camera.k[0], camera.k[4], camera.k[2], camera.k[5]
+    if not all(map(math.isfinite, (fx, fy, cx, cy))) or fx <= 0 or fy <= 0:
+        raise RemoteError('the camera is not calibrated: its focal length is 0')
+    sides = ((0, 0), (camera.width, 0), (camera.width, camera.height), (0, camera.height))
+    return [((u - cx) / fx * _CAMERA_DEPTH, (v - cy) / fy * _CAMERA_DEPTH, _CAMERA_DEPTH) for u, v in sides]
 
 
 # -- poses ---------------------------------------------------------------------------------------------------

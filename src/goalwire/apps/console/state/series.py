@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -81,18 +82,39 @@ def _cell(text: str) -> str:
     return f"'{text}" if text[:1] in {'=', '+', '-', '@'} else text
 
 
-_MOST_ITEMS = 64
+_STEP = re.compile(r'([^.\[\]]+)|\[(\d+)\]')
+_OF_JOINT = re.compile(r'(position|velocity|effort)\[(.+)\]')
+"""A path in a sensor_msgs/msg/JointState: its joint may be an index or a name."""
 
 
-def numbers_in(value: Any, path: str = '') -> Iterator[tuple[str, float]]:
-    """Yield path and value of each number in a message, items of short arrays included."""
-    if isinstance(value, bool | int | float | np.number):
-        yield path, float(value)
-    elif hasattr(value, 'get_fields_and_field_types'):
-        for name in value.get_fields_and_field_types():
-            yield from numbers_in(getattr(value, name), f'{path}.{name}' if path else name)
-    elif isinstance(value, str | bytes | bytearray):
-        return
-    elif hasattr(value, '__len__') and hasattr(value, '__getitem__'):
-        for at in range(min(len(value), _MOST_ITEMS)):
-            yield from numbers_in(value[at], f'{path}[{at}]')
+def number_at(path: str) -> Callable[[Any], float | None]:
+    """Return a function that reads the number at a path of a message, or None if there is no number.
+
+    A path is as 'pose.position.x' or 'covariance[7]'. One as 'position[left_knee]' is that of a joint of a
+    JointState, wherever its list has the name.
+    """
+    of_joint = _OF_JOINT.fullmatch(path)
+    steps = [name or int(index) for name, index in _STEP.findall(path)]
+
+    def read(message: Any) -> float | None:
+        value = message
+        try:
+            if of_joint is not None and not of_joint[2].isdigit():
+                return float(getattr(message, of_joint[1])[list(message.name).index(of_joint[2])])
+            for step in steps:
+                value = value[step] if isinstance(step, int) else getattr(value, step)
+            return float(value)
+        except (IndexError, AttributeError, TypeError, ValueError):
+            return None
+
+    return read
+
+
+def name_joint(path: str, message: Any) -> str:
+    """Return a path of a JointState with the joint's name in place of its index; other paths as they are."""
+    found = _OF_JOINT.fullmatch(path)
+    names = getattr(message, 'name', None)
+    if found is None or not found[2].isdigit() or names is None or isinstance(names, str):
+        return path
+    index = int(found[2])
+    return f'{found[1]}[{names[index]}]' if index < len(names) and names[index] else path

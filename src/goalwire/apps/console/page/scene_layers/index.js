@@ -1,6 +1,8 @@
 // Layers of the 3D scene: maps, points, lines and solids, in groups that stand for the frames they are given in.
 import { THREE } from "nicegui-scene";
 export { Axes } from "./axes.js";
+export { Detail } from "./detail.js";
+export { FloorTools } from "./floor_tools.js";
 export { mesh_of } from "./shapes.js";
 
 const MAP_HEIGHT = -0.002; // m: above the scene's floor, below all that lies on the map's own plane
@@ -53,6 +55,19 @@ function cloud(shape) { // in base64: a list of 150,000 numbers as text would ho
   return new THREE.Points(geometry, new THREE.PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
 }
 
+function picture(shape) { // its pixels come as bytes: a picture in a file would be drawn white until it was read
+  const [width, height] = shape.cells, rgb = bytes_of(shape.pixels), rgba = new Uint8Array(4 * width * height).fill(255);
+  for (let at = 0; at < rgb.length; at++) rgba[at + Math.floor(at / 3)] = rgb[at];
+  const texture = new THREE.DataTexture(rgba, width, height);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  texture.needsUpdate = true;
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(shape.corners, 3));
+  geometry.setAttribute("uv", new THREE.Float32BufferAttribute([0, 0, 1, 0, 1, 1, 0, 1], 2));
+  geometry.setIndex([0, 1, 2, 0, 2, 3]);
+  return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide }));
+}
+
 // Long thin boxes: WebGL's own lines are one pixel wide.
 function lines(shape, step) {
   const spots = shape.spots, pieces = [];
@@ -85,6 +100,7 @@ function object_of(shape, changed) {
   if (shape.kind === "map") object = map(shape, changed);
   else if (shape.kind === "points") object = points(shape);
   else if (shape.kind === "cloud") object = cloud(shape);
+  else if (shape.kind === "picture") object = picture(shape);
   else if (shape.kind === "line") object = lines(shape, 3);
   else if (shape.kind === "segments") object = lines(shape, 6);
   else object = solid(shape);
