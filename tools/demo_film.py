@@ -27,8 +27,10 @@ if TYPE_CHECKING:
 
 PICTURE = ROOT / 'docs' / 'how-to' / 'house.png'
 BETWEEN = 2.0  # s between two pictures of the film
+SOON = 0.2  # s, while the moment of the pages' picture is awaited
 STEP = '-to-the-kitchen'
-CAMERA, TARGET = (0.4, -1.2, 2.3), (3.4, 1.9, 0.6)
+CAMERA, TARGET = (-1.0, -1.6, 3.0), (2.7, 2.0, 0.5)
+EYE = (-1.9, -1.9, 2.6)  # of the film: m from the robot, which it follows
 
 IS_DRAWN = """() => {
   let count = 0;
@@ -42,8 +44,15 @@ LOOK = """([camera, target]) => {
   goalwireScene.wake();
 }"""
 
+FOLLOW = """([x, y, z]) => {
+  const eye = goalwireScene.controls.target.clone();
+  eye.set(eye.x + x, eye.y + y, eye.z + z);
+  goalwireScene.camera.position.copy(eye);
+  goalwireScene.set_follow(true);
+  goalwireScene.wake();
+}"""
 IS_BEFORE_THE_DOOR = '() => goalwireScene.poses().base_link[0] > 2.4'
-HAS_TURNED = '() => goalwireScene.poses().base_link[1] > 1.7'
+HAS_TURNED = '() => goalwireScene.poses().base_link[1] > 1.1'
 
 
 class Demo:
@@ -68,7 +77,7 @@ class Demo:
         assert self._process.stdout is not None
         for line in self._process.stdout:
             print(line, end='', flush=True)
-            if found := re.search(r'the console is at (http\S+)', line):
+            if found := re.search(r'the console is at (http[^ ;]+)', line):
                 self.url = found[1]
                 self._served.set()
             elif found := re.match(r'\[(\d+)/\d+\] ([^:;,(]+)', line):
@@ -104,9 +113,10 @@ def film(demo: Demo, page: Page, folder: Path) -> None:
             drawn = True
             page.evaluate(LOOK, [CAMERA, TARGET])
             page.screenshot(path=str(PICTURE))
-            page.evaluate('() => goalwireScene.set_follow(true)')
+            page.evaluate(FOLLOW, EYE)
         page.screenshot(path=str(folder / f'{taken - began:05.1f}-{demo.step}.png'))
-        page.wait_for_timeout(max(BETWEEN - (time.monotonic() - taken), 0.0) * 1000)
+        pause = SOON if was_before and not drawn else BETWEEN
+        page.wait_for_timeout(max(pause - (time.monotonic() - taken), 0.0) * 1000)
     if not drawn:
         raise SystemExit('the demo ended before the robot turned away from a closed door')
 
@@ -129,8 +139,9 @@ def main() -> int:
         ends.callback(browser.close)
         page = browser.new_page(viewport={'width': 1280, 'height': 800})
         page.set_default_timeout(PATIENCE_MS)
-        page.goto(demo.url)
+        page.goto(f'{demo.url}{"&" if "?" in demo.url else "?"}view=robot')
         page.wait_for_function(IS_DRAWN)
+        page.evaluate(FOLLOW, EYE)
         film(demo, page, options.folder)
         code = demo.end()
     size = PICTURE.stat().st_size

@@ -467,6 +467,7 @@ export default {
       if (this.moving) this.wake();
       this.adapt(now);
       this.rendered = now;
+      this.layers.veil(this.camera.position, this.controls.target);
       this.renderer.render(this.scene, this.camera);
       this.labels.render(this.scene, this.camera);
     },

@@ -92,6 +92,7 @@ function solid(shape) {
   const mesh = new THREE.Mesh(
     SOLIDS[shape.kind](), new THREE.MeshStandardMaterial({ ...colour_of(shape.rgba), roughness: 0.8 }));
   mesh.scale.set(...shape.size);
+  mesh.own_opacity = mesh.material.opacity;
   return mesh;
 }
 
@@ -106,6 +107,24 @@ function object_of(shape, changed) {
   else object = solid(shape);
   if (shape.pose) place(object, shape.pose);
   return object;
+}
+
+const HALF = 0.52; // of a solid, which is a box, sphere or cylinder of 1 m before it is scaled; and a little around it
+const VEILED = 0.15; // of a solid's own opacity
+
+function stands_between(solid, eye, spot) { // whether the way from the eye to a spot leads through the solid's box
+  const from = solid.worldToLocal(eye.clone()), way = solid.worldToLocal(spot.clone()).sub(from);
+  let enters = 0, leaves = 1;
+  for (const axis of ["x", "y", "z"]) {
+    if (Math.abs(way[axis]) < 1e-9) {
+      if (Math.abs(from[axis]) > HALF) return false;
+      continue;
+    }
+    const ends = [(-HALF - from[axis]) / way[axis], (HALF - from[axis]) / way[axis]];
+    enters = Math.max(enters, Math.min(...ends));
+    leaves = Math.min(leaves, Math.max(...ends));
+  }
+  return enters < leaves;
 }
 
 function place(object, [x, y, z, qx, qy, qz, qw]) {
@@ -151,6 +170,17 @@ export class Layers {
       if (!group) continue;
       group.visible = pose !== null;
       if (pose) place(group, pose);
+    }
+  }
+  veil(eye, spot) { // lets one see through what stands between the eye and a spot, as a wall before the robot
+    for (const group of [...this.groups.values()].flatMap((groups) => [...groups.values()])) {
+      for (const solid of group.children) {
+        if (solid.own_opacity === undefined) continue;
+        const share = stands_between(solid, eye, spot) ? VEILED : 1;
+        solid.material.opacity = solid.own_opacity * share;
+        solid.material.transparent = solid.material.opacity < 1;
+        solid.material.depthWrite = share === 1;
+      }
     }
   }
   spots(topic) { // for tests: the kind of each object that is shown, and its place in the scene
