@@ -221,6 +221,10 @@ def test_on_dds_a_service_is_called_a_parameter_set_and_a_topic_plotted(
     until(page, f'() => ({drawn}).length > 20')
     assert all(2.0 <= value <= 4.0 for _, value in page.evaluate(f'() => {drawn}'))
     until(page, '() => /Hz/.test(document.querySelector(\'tr[data-key="/load"]\').textContent)')
+
+    # To a publisher of latched messages, a reliable subscription to new ones would be a mistake to warn of.
+    console = stage.command('ros2 topic info --verbose /texts').partition('goalwire_console')[2]
+    assert 'Reliability: BEST_EFFORT' in console
     picture(page, f'topics-{DDS}')
 
 

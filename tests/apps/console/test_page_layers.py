@@ -26,6 +26,13 @@ COLOURS = """spots => {
     return [...pixel.slice(0, 3)];
   });
 }"""
+# The opacities of the markers, a cube and a cylinder, for an eye that looks at a spot.
+OPACITIES = """([eye, spot]) => {
+  const point = goalwireScene.controls.target, layers = goalwireScene.layers;
+  layers.veil(point.clone().set(...eye), point.clone().set(...spot));
+  return [...layers.groups.get('/markers').values()].flatMap(
+    (group) => group.children.map((solid) => solid.material.opacity));
+}"""
 LOAD = """async url => {
   const { mesh_of } = await import('goalwire-scene-layers');
   window.loaded = mesh_of({ kind: 'mesh', url, size: [1, 1, 1], rgba: [1, 1, 1, 1] }, () => undefined);
@@ -142,6 +149,13 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     inside = [(-0.9, 0.1, 0.4)]
     wait_for(lambda: page.evaluate(COLOURS, inside)[0][1] < 60, 'the red picture')
     assert page.evaluate(COLOURS, inside)[0][0] > 150
+
+    # The cube of the markers is seen through as long as it stands between the eye and what the view looks at.
+    assert page.evaluate(OPACITIES, [[1.0, -2.0, 0.5], [1.0, 2.0, 0.5]]) == pytest.approx([0.15, 1.0])
+    assert page.evaluate(OPACITIES, [[1.0, -2.0, 0.5], [1.0, -1.0, 0.5]]) == [1.0, 1.0], 'it stands behind'
+    assert page.evaluate(OPACITIES, [[1.0, 0.0, 0.5], [1.0, 2.0, 0.5]]) == pytest.approx([0.15, 1.0]), (
+        'inside'
+    )
 
     # A layer that is switched off is gone.
     picture(page, 'layers')

@@ -47,6 +47,7 @@ const Branch = {
     shown(value) { // numbers of four or five digits; the whole number stands in the tooltip
       if (value === "") return "''";
       if (typeof value !== "number" || Number.isInteger(value)) return value;
+      if (Math.abs(value) < 1e-4) return value.toExponential(2);
       return Math.abs(value) < 1e4 ? Number(value.toPrecision(5)) : Number(value.toFixed(1));
     },
     degrees(radians) {

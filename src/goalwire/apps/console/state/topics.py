@@ -98,9 +98,13 @@ class Meter:
     def __init__(self, node: goalwire.Node, topic: str, type_name: str) -> None:
         self.rate = Rate()
         self._read_at = monotonic()
+        suiting, reliability = _suiting(node, topic, 1), goalwire.ReliabilityPolicy.BEST_EFFORT
+        # A publisher of latched messages takes a reliable subscription to new ones for a mistake, and warns.
+        if suiting.durability is not goalwire.DurabilityPolicy.TRANSIENT_LOCAL:
+            reliability = suiting.reliability
         qos = goalwire.QoS(
             depth=1,
-            reliability=_suiting(node, topic, 1).reliability,
+            reliability=reliability,
             durability=goalwire.DurabilityPolicy.VOLATILE,  # messages of the history come at once
         )
         self._subscription: goalwire.Subscription[Any] = node.subscription(

@@ -113,6 +113,7 @@ const HALF = 0.52; // of a solid, which is a box, sphere or cylinder of 1 m befo
 const VEILED = 0.15; // of a solid's own opacity
 
 function stands_between(solid, eye, spot) { // whether the way from the eye to a spot leads through the solid's box
+  solid.updateWorldMatrix(true, false); // it may be new, and not drawn yet
   const from = solid.worldToLocal(eye.clone()), way = solid.worldToLocal(spot.clone()).sub(from);
   let enters = 0, leaves = 1;
   for (const axis of ["x", "y", "z"]) {
