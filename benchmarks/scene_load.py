@@ -13,6 +13,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -98,22 +99,25 @@ def main() -> int:
     environment = os.environ | {'ROS_DOMAIN_ID': '98', 'PYTHONPATH': str(ROOT / 'robot' / 'humanoid')}
     with ExitStack() as ends:
 
-        def start(*command: str) -> subprocess.Popen[str]:
+        def start(*command: str, output: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
             process = subprocess.Popen(
-                [sys.executable, *command], env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True
+                [sys.executable, *command], env=environment, cwd=ROOT, stdout=output, text=True
             )
             ends.callback(process.wait)
             ends.callback(process.terminate)
             return process
 
-        robot = start('-m', 'humanoid', 'up', '--world', 'house', '--no-physics')
-        console = start('-m', 'goalwire', 'console', '--no-open', '--json', '--port', '0')
+        robot = start('-m', 'humanoid', 'up', '--world', 'house', '--no-physics', output=subprocess.PIPE)
+        console = start(
+            '-m', 'goalwire', 'console', '--no-open', '--json', '--port', '0', output=subprocess.PIPE
+        )
         start('-c', LOAD)
         assert robot.stdout is not None
         assert console.stdout is not None
         url = json.loads(console.stdout.readline())['url']
         while 'Navigator ready' not in robot.stdout.readline():
             assert robot.poll() is None, 'the robot has ended'
+        threading.Thread(target=robot.stdout.read, daemon=True).start()  # a full pipe would hold it up
         driver = ends.enter_context(sync_playwright())
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         ends.callback(browser.close)

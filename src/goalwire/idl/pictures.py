@@ -53,9 +53,8 @@ def pixels(message: Any) -> np.ndarray[Any, Any]:
             np.dtype(dtype).newbyteorder('>') if message.is_bigendian else np.dtype(dtype).newbyteorder('<')
         )
         depth = _rows(data, height, width * size, step).reshape(-1).view(kind)
-        return _stretch(depth.reshape(height, width).astype(np.float64))[:, :, None][
-            :: _skip(width), :: _skip(width)
-        ]
+        thinned = depth.reshape(height, width)[:: _skip(width), :: _skip(width)]
+        return _stretch(thinned.astype(np.float64))[:, :, None]
     channels = _CHANNELS.get(encoding)
     if channels is None:
         raise RemoteError(f'pictures in {encoding[:40]!r} are not shown')

@@ -58,6 +58,8 @@ def test_a_goal_says_what_it_asks_for(goal: Any, text: str) -> None:
     [
         ({}, ''),
         ({'x': 1.0, 'y': 2.5, 'speed': 0.5}, 'to 1.0, 2.5'),
+        ({'goal': {'header': {}, 'pose': {'position': [1.0], 'orientation': {'roll': 1.0}}}}, ''),
+        ({'poses': [as_data(at(1.0, 1.0)), '… 300 items']}, 'through more than 1'),
         ({'pose': 3, 'header': 4}, 'pose 3, header 4'),
         ({'points': 'none', 'joint_names': 7}, 'points none, joint_names 7'),
         ({'text': 'a' * 100}, f'text {"a" * 54}…'),

@@ -68,6 +68,8 @@ def test_a_plot_of_a_joint_follows_its_name() -> None:
     assert read(JointState(name=['a'], position=[3.0])) is None
     assert number_at('position[1]')(message) == 2.0
     assert name_joint('position[7]', message) == 'position[7]'
+    assert name_joint('position[0]', JointState(name=['1', '2'])) == 'position[0]', 'a name that is a number'
+    assert name_joint('position[0]', JointState(name=['a', 'a'])) == 'position[0]', 'two of one name'
     assert name_joint('pose.orientation.w', PoseStamped()) == 'pose.orientation.w'
 
 

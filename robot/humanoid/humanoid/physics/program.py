@@ -196,7 +196,7 @@ class Simulation(Node):
             wrench.wrench.force.z = load
             publisher.publish(wrench)
         touches = world.touches()
-        if touches or self._touches:  # the last message of several has no contact
+        if touches or self._touches:  # an empty message says that the touch has ended
             self._contacts.publish(_contacts(touches, self._prefix, stamp))
         self._touches = bool(touches)
         energy, self._told_energy = self._told_energy, world.energy

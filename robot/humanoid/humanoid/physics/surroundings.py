@@ -37,8 +37,10 @@ class Surroundings:
             yaw = solid.yaw if isinstance(solid, Block) else 0.0
             geom = _add_geom(spec.worldbody, solid, compose(self._home, Pose2D(solid.x, solid.y, yaw)))
             name = body_name(solid.kind, solid.name or str(number))
-            geom.name = name if name not in names else f'{name} {number}'  # MuJoCo's names differ
-            names.add(geom.name)
+            while name in names:  # MuJoCo refuses two geoms with one name
+                name += f' {number}'
+            geom.name = name
+            names.add(name)
         for name, solid in self._moving.items():
             body = spec.worldbody.add_body(name=name, mocap=True, pos=[0.0, 0.0, AWAY])
             _add_geom(body, solid, Pose2D())

@@ -136,6 +136,7 @@ export default {
       if (event.timeStamp - (this.pressed_at ?? -1e9) > 2000) this.press(all);
     },
     press(all) {
+      window.dispatchEvent(new Event("goalwire-stop")); // pads that drive are let go
       clearTimeout(this.timer);
       const { shown } = this;
       const robots = all ? shown.all : [{ name: shown.name, services: shown.services }];

@@ -143,6 +143,7 @@ export default {
     listen(canvas) {
       let down = null;
       canvas.addEventListener("pointerdown", (event) => {
+        if (this.tools.is_pressed) return; // a second finger
         down = [event.clientX, event.clientY, event.button];
         const point = this.tools.tool && event.button === 0 && this.floor_at(event.clientX, event.clientY);
         if (!point) return;
@@ -165,6 +166,7 @@ export default {
       canvas.addEventListener("pointercancel", () => {
         down = null;
         this.tools.drop();
+        this.moving = true;
         this.wake();
       });
       canvas.addEventListener("dblclick", (event) => event.preventDefault());
@@ -188,6 +190,7 @@ export default {
     release_tool() {
       if (!this.tools.is_pressed) return;
       const tool = this.tools.tool, place = this.tools.release();
+      this.moving = true; // the view stood still meanwhile
       this.wake();
       if (tool === "goal") this.$emit("floor", place);
       else if (tool === "pose") this.$emit("pose", place);
@@ -447,7 +450,7 @@ export default {
         link.group.position.lerp(link.position, share);
         link.group.quaternion.slerp(link.turn, share);
       }
-      if (this.goal_target && !this.dragging) {
+      if (this.goal_target && !this.dragging && !this.tools.is_pressed) { // what is pressed stays below the pointer
         const way = this.goal_target.clone().sub(this.controls.target).multiplyScalar(share < 1 ? share * 0.5 : 1);
         left = Math.max(left, way.length());
         this.controls.target.add(way);

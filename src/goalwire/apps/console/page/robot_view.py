@@ -122,7 +122,7 @@ class RobotView(View):
     # -- the selected robot ----------------------------------------------------------------------------------
 
     def _look_at_graph(self) -> None:
-        seen = (self.node.graph.version, self.page.robot)
+        seen = (self.node.graph.version, self.page.robot, frozenset(self.session.vitals))
         if seen == self._seen:
             return
         self._seen = seen
@@ -277,7 +277,7 @@ class RobotView(View):
         frame, base = self._watch.pose()
         _, _, z, w = base.rotation
         turn = 2.0 * math.atan2(z, w) if yaw is None else yaw  # without a drag it faces as before
-        await self._tools.send_guess(frame, x, y, turn)
+        await self._tools.send_initial_pose(frame, x, y, turn)
 
     def resume(self, draft: Draft) -> bool:
         return self._floor_goals.resume(draft)

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 _TOOLS = {
     'goal': ('near_me', 'Goal with a heading', 'Press where it is to go, and drag the way it is to face'),
-    'pose': ('my_location', 'Tell it where it is', 'Press where it is, and drag the way it faces'),
+    'pose': ('my_location', 'Set its initial pose', 'Press where it is, and drag the way it faces'),
     'measure': ('straighten', 'Measure', 'Press and drag to measure'),
 }
-_GUESSES = 'initialpose'
+_INITIAL_POSE = 'initialpose'
 _FOUND_WITHIN_S = 1.0
 _UNSURE_M2, _UNSURE_RAD2 = 0.25, 0.0685
-"""The variances that rviz gives to a guess of the pose: 0.5 m and 15°."""
+"""The variances that rviz gives to an initial pose: 0.5 m and 15°."""
 
 
 class SceneTools:
@@ -34,7 +34,7 @@ class SceneTools:
         self._scene = scene
         self._hint = hint
         self._chosen = ''
-        self._guesses = ''
+        self._initial_pose = ''
         self._click_text = ''
         self._buttons: dict[str, ui.button] = {}
         for tool, (icon, title, _) in _TOOLS.items():
@@ -47,11 +47,11 @@ class SceneTools:
         """Offer what this robot takes; `click_text` says what a click does, '' if it does nothing."""
         rights, session = self._page.rights, self._page.session
         found = listened_topics(session.node, {POSE_WITH_COVARIANCE})
-        self._guesses = next(
+        self._initial_pose = next(
             (
                 name
                 for name in sorted(found, key=len)
-                if name.rpartition('/')[2] == _GUESSES
+                if name.rpartition('/')[2] == _INITIAL_POSE
                 and session.may_move(name, robot)
                 and not rights.why_not_send('topic', name)
             ),
@@ -59,8 +59,8 @@ class SceneTools:
         )
         self._click_text = click_text
         self._buttons['goal'].set_visibility(bool(click_text))
-        self._buttons['pose'].set_visibility(bool(self._guesses))
-        if (self._chosen == 'goal' and not click_text) or (self._chosen == 'pose' and not self._guesses):
+        self._buttons['pose'].set_visibility(bool(self._initial_pose))
+        if (self._chosen == 'goal' and not click_text) or (self._chosen == 'pose' and not self._initial_pose):
             self.choose('')
         self._show_hint()
 
@@ -82,23 +82,26 @@ class SceneTools:
         self._hint.set_text(text)
         self._hint.set_visibility(bool(text))
 
-    async def send_guess(self, frame: str, x: float, y: float, yaw: float) -> None:
+    async def send_initial_pose(self, frame: str, x: float, y: float, yaw: float) -> None:
         """Tell the robot's localiser a pose in `frame`, after the visitor has confirmed it."""
-        page, name = self._page, self._guesses
+        page, name = self._page, self._initial_pose
         self.choose('')
         if not name:
             return
+        if not frame:
+            page.tell('The frame of the floor is not known: no pose of the robot has come', 'warning')
+            return
         text = f'x {x:.2f} m, y {y:.2f} m, facing {math.degrees(yaw):.0f}°, in {frame}'
-        if await page.confirm('topic', name, 'Tell the robot that it is here?', text, 'Tell it'):
+        if await page.confirm('topic', name, 'Set the initial pose of the robot?', text, 'Set'):
             sender = page.session.sender
             target = sender.target('topic', name, POSE_WITH_COVARIANCE)
-            sending = target.sending(guess_values(frame, x, y, yaw))
+            sending = target.sending(initial_pose_values(frame, x, y, yaw))
             sent = await page.attempt(sender.publish_once(target, sending, page.rights, _FOUND_WITHIN_S))
             if sent is not None and sent.problem:
                 page.tell(sent.problem, 'warning')
 
 
-def guess_values(frame: str, x: float, y: float, yaw: float) -> dict[str, Any]:
+def initial_pose_values(frame: str, x: float, y: float, yaw: float) -> dict[str, Any]:
     """Return a PoseWithCovarianceStamped as unsure as those of rviz."""
     covariance = [0.0] * 36
     covariance[0] = covariance[7] = _UNSURE_M2

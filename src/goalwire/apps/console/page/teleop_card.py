@@ -9,7 +9,7 @@ from nicegui.element import Element
 
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.state.listened import listened_topics
-from goalwire.apps.console.state.teleop import TWIST, TWIST_STAMPED, Teleop, twist_values
+from goalwire.apps.console.state.teleop import TWIST, TWIST_STAMPED, Teleop, twist_values, within
 from goalwire.errors import GoalwireError, peer_text
 
 if TYPE_CHECKING:
@@ -30,10 +30,12 @@ class TeleopCard:
 
     def __init__(self, page: Page) -> None:
         self._page = page
-        self._teleop = Teleop(self._send, lambda reason: page.tell(reason, 'warning'))
+        self._teleop = Teleop(self._send, self._on_lost)
         self._topics: dict[str, str] = {}
         self._target: Target | None = None
         self._publisher: goalwire.Publisher[Any] | None = None
+        self._driven: tuple[Target, goalwire.Publisher[Any]] | None = None
+        """What the last press has driven, for the repeats of its stop."""
         with ui.element('div').classes('gw-card').props('data-teleop') as self._card:
             with head('Drive by hand', 'gamepad'):
                 ui.element('div').classes('gw-spread')
@@ -42,9 +44,9 @@ class TeleopCard:
             self._topic = ui.select({}, label='Velocities go to', on_change=self._turn_off)
             self._topic.props('outlined dense options-dense data-teleop-topic').style('width: 100%')
             with ui.element('div').classes('gw-drive') as self._drive:
-                pad = TeleopPad().props('data-teleop-pad')
-                pad.on('hold', self._on_hold)
-                pad.on('release', self._teleop.release)
+                self._pad = TeleopPad().props('data-teleop-pad')
+                self._pad.on('hold', self._on_hold)
+                self._pad.on('release', self._on_release)
                 with ui.element('div').classes('gw-stack').style('gap: 8px'):
                     self._speed = _number('Ahead at most, m/s', _SPEED, _MOST_SPEED)
                     self._turning = _number('Turns at most, rad/s', _TURN, _MOST_TURN)
@@ -80,18 +82,20 @@ class TeleopCard:
         self._show()
 
     def _take(self, name: str) -> None:
-        rights, sender = self._page.rights, self._page.session.sender
+        """Prepare to drive by a topic, if it is still the chosen one: the question may have taken long."""
+        page, sender = self._page, self._page.session.sender
+        if page.closed or name != self._topic.value or name not in self._topics:
+            return
         try:
-            target = sender.target('topic', name, self._topics.get(name, TWIST))
-            rights.check_to_send('topic', name, 'by hand')
-            self._publisher = sender.publisher(target, rights)
+            target = sender.target('topic', name, self._topics[name])
+            self._publisher = sender.publisher(target, page.rights)
         except GoalwireError as error:
-            self._page.tell(peer_text(error, 400), 'negative')
+            page.tell(peer_text(error, 400), 'negative')
             return
         self._target = target
 
     def _turn_off(self) -> None:
-        self._teleop.release()
+        self._let_go()
         self._target = self._publisher = None
         self._show()
 
@@ -100,18 +104,52 @@ class TeleopCard:
         self._switch.set_value(is_on)
         self._drive.set_visibility(is_on)
 
-    def _on_hold(self, event: Any) -> None:
-        if self._target is None:
-            return
-        said = event.args
-        self._teleop.hold(*(float(said[name]) for name in ('press', 'at', 'ahead', 'left')))
+    # -- the hand on the pad ---------------------------------------------------------------------------------
 
-    def _send(self, ahead: float, left: float) -> None:
+    def _on_hold(self, event: Any) -> None:
         target, publisher = self._target, self._publisher
         if target is None or publisher is None:
             return
-        ahead *= min(float(self._speed.value or 0.0), _MOST_SPEED)
-        left *= min(float(self._turning.value or 0.0), _MOST_TURN)
+        press, at, ahead, left = (float(event.args[name]) for name in ('press', 'at', 'ahead', 'left'))
+        if self._why_not(target.name):
+            self._turn_off()
+            return
+        if self._teleop.is_new(press):
+            if not self._page.session.teleops.take(target.name, self._teleop):
+                self._page.tell('Somebody else drives it by hand', 'warning')
+                self._turn_off()
+                return
+            self._page.rights.check_to_send('topic', target.name, 'by hand')
+            self._driven = target, publisher
+        self._teleop.hold(press, at, ahead, left)
+        self._pad.run_method('heard', at)
+
+    def _why_not(self, topic: str) -> str:
+        """Return why the visitor may not drive, or not any more; '' if it may."""
+        page = self._page
+        if page.closed or not page.session.may_move(topic, page.robot):
+            return 'it moves another robot'
+        return page.rights.problem() or page.rights.why_not_send('topic', topic)
+
+    def _on_release(self, event: Any) -> None:
+        if self._teleop.drives and event.args == 'deaf':
+            self._page.tell('The console answers late: the robot was stopped.', 'warning')
+        self._let_go()
+
+    def _on_lost(self, reason: str) -> None:
+        self._page.session.teleops.give_back(self._teleop)
+        self._page.tell(reason, 'warning')
+
+    def _let_go(self) -> None:
+        self._teleop.release()
+        self._page.session.teleops.give_back(self._teleop)
+
+    def _send(self, ahead: float, left: float) -> None:
+        if self._driven is None:
+            return
+        target, publisher = self._driven
+        ahead *= within(self._speed.value, _MOST_SPEED)
+        left *= within(self._turning.value, _MOST_TURN)
         try:
             sending = target.sending(twist_values(target.type_name, ahead, left))
             publisher.publish(target.message(sending, self._page.session.node.clock.now().to_msg()))
@@ -119,8 +157,9 @@ class TeleopCard:
             self._page.tell(peer_text(error, 400), 'negative')
 
     def close(self) -> None:
-        """Stop the robot if it is being driven."""
-        self._teleop.release()
+        """Stop the robot if it is being driven. Nothing is driven any more."""
+        self._let_go()
+        self._target = self._publisher = None
 
 
 def _number(label: str, value: float, most: float) -> ui.number:

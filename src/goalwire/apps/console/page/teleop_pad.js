@@ -1,7 +1,9 @@
 // A pad to drive a robot by hand. While it is held it speaks ten times a second, and it says at once that it was let go.
 const PERIOD_MS = 100;
+const DEAF_MS = 600; // so long may the console's answer to a command take
 const STILL = 0.08; // of the pad's radius: so near to its middle nothing is meant
-const LEAVING = [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]]; // each lets the pad go
+const LEAVING = [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"],
+  [window, "goalwire-stop"]]; // each lets the pad go
 
 function fraction(way, radius) {
   const part = Math.max(-1, Math.min(1, way / radius));
@@ -10,7 +12,7 @@ function fraction(way, radius) {
 
 export default {
   template: `<div class="gw-pad" :class="{ held }" role="application" :aria-label="says" :title="says" ref="pad"
-      @pointerdown="grab" @pointermove="move" @pointerup="let_go" @pointercancel="let_go" @lostpointercapture="let_go"
+      @pointerdown="grab" @pointermove="move" @pointerup="lift" @pointercancel="lift" @lostpointercapture="lift"
       @contextmenu.prevent>
     <div class="gw-pad-knob" :style="{ left: 50 - left * 42 + '%', top: 50 - ahead * 42 + '%' }"></div></div>`,
   emits: ["hold", "release"],
@@ -29,7 +31,9 @@ export default {
     grab(event) {
       if (event.button !== 0 || this.held) return;
       this.$refs.pad.setPointerCapture(event.pointerId);
+      this.pointer = event.pointerId;
       this.held = true;
+      this.heard_at = 0;
       this.press += 1;
       this.began = performance.now();
       this.move(event);
@@ -37,7 +41,8 @@ export default {
       this.timer = setInterval(this.speak, PERIOD_MS);
     },
     move(event) {
-      if (!this.held) return;
+      if (!this.held || event.pointerId !== this.pointer) return; // of another finger
+      if (!(event.buttons & 1)) return this.let_go();
       const box = this.$refs.pad.getBoundingClientRect();
       this.left = fraction(box.left + box.width / 2 - event.clientX, box.width / 2);
       this.ahead = fraction(box.top + box.height / 2 - event.clientY, box.height / 2);
@@ -45,14 +50,21 @@ export default {
     speak() {
       if (document.body.classList.contains("gw-is-lost")) return this.let_go(); // no word would arrive
       const at = (performance.now() - this.began) / 1000;
+      if (1000 * (at - this.heard_at) > DEAF_MS) return this.let_go("deaf");
       this.$emit("hold", { press: this.press, at, ahead: this.ahead, left: this.left });
     },
-    let_go() {
+    heard(at) { // the console has taken the command of that time
+      this.heard_at = Math.max(this.heard_at, at);
+    },
+    lift(event) {
+      if (event.pointerId === this.pointer) this.let_go();
+    },
+    let_go(why) {
       if (!this.held) return;
       clearInterval(this.timer);
       this.held = false;
       this.ahead = this.left = 0;
-      this.$emit("release");
+      this.$emit("release", why === "deaf" ? why : "");
     },
   },
 };

@@ -21,9 +21,12 @@ def _place(request: Mapping[str, Any]) -> str:
     for value in request.values():
         if _is_pose(value):
             return _to(value)
-        if isinstance(value, Sequence) and value and all(map(_is_pose, value)):
-            passed = f'through {len(value) - 1} ' if len(value) > 1 else ''
-            return f'{passed}{_to(value[-1])}'
+        poses = _messages(value)
+        if poses and all(map(_is_pose, poses)):
+            if len(poses) < len(value):  # the data of a long list has neither its end nor all of its items
+                return f'through more than {len(poses)}'
+            passed = f'through {len(poses) - 1} ' if len(poses) > 1 else ''
+            return f'{passed}{_to(poses[-1])}'
     x, y = request.get('x'), request.get('y')
     return f'to {x:.1f}, {y:.1f}' if _is_number(x) and _is_number(y) else ''
 
@@ -32,7 +35,11 @@ def _is_pose(value: Any) -> bool:
     """Return True for the data of a geometry_msgs/msg/PoseStamped."""
     if not isinstance(value, Mapping) or not isinstance(value.get('pose'), Mapping):
         return False
-    return 'header' in value and value['pose'].keys() == {'position', 'orientation'}
+    pose = value['pose']
+    return 'header' in value and all(
+        isinstance(pose.get(part), Mapping) and set(names) <= pose[part].keys()
+        for part, names in (('position', 'xy'), ('orientation', 'xyzw'))
+    )
 
 
 def _to(stamped: Mapping[str, Any]) -> str:
@@ -48,9 +55,8 @@ def _joints(request: Mapping[str, Any]) -> str:
     inner = request.get('trajectory', request)
     if not isinstance(inner, Mapping):
         return ''
-    points = inner.get('points') or [inner]
-    last = points[-1] if isinstance(points, Sequence) else None
-    names, positions = inner.get('joint_names'), last.get('positions') if isinstance(last, Mapping) else None
+    last = (_messages(inner.get('points')) or [inner])[-1]
+    names, positions = inner.get('joint_names'), last.get('positions')
     if not isinstance(names, Sequence) or not isinstance(positions, Sequence) or not names:
         return ''
     pairs = [
@@ -69,6 +75,11 @@ def _scalars(request: Mapping[str, Any]) -> list[str]:
         for name, value in request.items()
         if isinstance(value, bool | int | float | str) and value != ''
     ]
+
+
+def _messages(value: Any) -> list[Mapping[str, Any]]:
+    """Return the messages of a list. The data of a long one ends with a text that says how long it was."""
+    return [each for each in value if isinstance(each, Mapping)] if isinstance(value, list) else []
 
 
 def _is_number(value: Any) -> bool:

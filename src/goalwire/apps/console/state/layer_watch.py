@@ -101,6 +101,7 @@ class Layer:
                 self._camera = self._topics.read(self._camera_topic, CAMERA)
             self._reading = self._topics.read(self.topic, self._type_name, listener)
         except goalwire.GoalwireError as error:
+            self.switch_off()
             self.problem = peer_text(error, 300)
 
     def switch_off(self) -> None:
@@ -117,7 +118,9 @@ class Layer:
             return
         reader = self._reading.reader
         self._markers.delete_expired(now)
-        seen = self._markers.version if self.kind == 'markers' else reader.count
+        seen: object = self._markers.version if self.kind == 'markers' else reader.count
+        if self._camera is not None:
+            seen = reader.count, self._camera.reader.count
         if reader.latest is None or seen == self._seen:
             return
         self._seen, self._drawn_at = seen, now

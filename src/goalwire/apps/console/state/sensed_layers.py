@@ -142,9 +142,12 @@ def _corners(camera: Any) -> list[tuple[float, float, float]]:
     """Return where the corners of a camera's picture lie in its optical frame, from the upper left one on."""
     fx, fy, cx, cy = camera.k[0], camera.k[4], camera.k[2], camera.k[5]
     if not all(map(math.isfinite, (fx, fy, cx, cy))) or fx <= 0 or fy <= 0:
-        raise RemoteError('the camera is not calibrated: its focal length is 0')
+        raise RemoteError('the camera is not calibrated: its focal length is not above 0')
     sides = ((0, 0), (camera.width, 0), (camera.width, camera.height), (0, camera.height))
-    return [((u - cx) / fx * _CAMERA_DEPTH, (v - cy) / fy * _CAMERA_DEPTH, _CAMERA_DEPTH) for u, v in sides]
+    found = [((u - cx) / fx * _CAMERA_DEPTH, (v - cy) / fy * _CAMERA_DEPTH, _CAMERA_DEPTH) for u, v in sides]
+    if not all(abs(number) < _WIDEST_M for corner in found for number in corner):
+        raise RemoteError('the camera is not calibrated: its picture would be wider than 50 m')
+    return found
 
 
 # -- poses ---------------------------------------------------------------------------------------------------

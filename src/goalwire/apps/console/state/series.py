@@ -111,10 +111,15 @@ def number_at(path: str) -> Callable[[Any], float | None]:
 
 
 def name_joint(path: str, message: Any) -> str:
-    """Return a path of a JointState with the joint's name in place of its index; other paths as they are."""
+    """Return a path of a JointState with the joint's name in place of its index; other paths as they are.
+
+    A name that is a number, or that two joints have, stays an index.
+    """
     found = _OF_JOINT.fullmatch(path)
     names = getattr(message, 'name', None)
     if found is None or not found[2].isdigit() or names is None or isinstance(names, str):
         return path
     index = int(found[2])
-    return f'{found[1]}[{names[index]}]' if index < len(names) and names[index] else path
+    name = names[index] if index < len(names) else ''
+    is_clear = name and not name.isdigit() and list(names).count(name) == 1
+    return f'{found[1]}[{name}]' if is_clear else path

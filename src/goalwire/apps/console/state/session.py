@@ -22,6 +22,7 @@ from goalwire.apps.console.state.rights import Rights
 from goalwire.apps.console.state.robot_watch import RobotWatch, namespaces
 from goalwire.apps.console.state.sending import Sender
 from goalwire.apps.console.state.stopping import Answer, Listener, release, stop
+from goalwire.apps.console.state.teleop import Teleops
 from goalwire.apps.console.state.topics import Topics
 from goalwire.apps.console.state.type_watch import TypeWatch
 from goalwire.apps.console.state.vitals import Vitals
@@ -62,6 +63,7 @@ class Session:
         self.listeners: set[Callable[[], object]] = set()
         """Functions that are called when the shown state of an emergency stop has changed."""
         self.presses = Presses(self.stop)
+        self.teleops = Teleops()
         self._robots: dict[str, tuple[RobotWatch, int]] = {}
         self._selected: Counter[str] = Counter()
         self._tasks: list[asyncio.Task[None]] = []
@@ -75,6 +77,7 @@ class Session:
         return self
 
     async def __aexit__(self, *_error: object) -> None:
+        self.teleops.stop()
         for task in self._tasks:
             task.cancel()
         for task in self._tasks:
@@ -188,6 +191,7 @@ class Session:
 
     def begin_stop(self, press: str, robot: str, by: Rights, *, is_for_all: bool) -> Press:
         """Return the press of STOP of that id; the first call with an id stops the robot, or all robots."""
+        self.teleops.stop('STOP was pressed: let the pad go.')
         return self.presses.begin(press, sorted(self.vitals) if is_for_all else [robot], by)
 
     async def stop(self, robots: Iterable[str], tell: Listener, by: Rights) -> None:
