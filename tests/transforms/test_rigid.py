@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 import pytest
@@ -18,6 +18,7 @@ from goalwire.transforms.rigid import (
     normalize,
     rotate,
     slerp,
+    yaw_of,
 )
 
 numbers = st.floats(-10, 10)
@@ -104,3 +105,10 @@ def test_between_a_rotation_and_itself_is_itself(rotation: Quaternion, ratio: fl
 
 def test_a_quaternion_of_length_zero_is_no_rotation() -> None:
     assert normalize((0.0, 0.0, 0.0, 0.0)) == NO_ROTATION
+
+
+@given(quaternions)
+def test_yaw_is_the_heading_of_the_x_axis(rotation: Quaternion) -> None:
+    x, y, _ = rotate(rotation, (1.0, 0.0, 0.0))
+    if hypot(x, y) > 0.01:  # an axis that points straight up has no heading
+        assert cos(yaw_of(rotation) - atan2(y, x)) == pytest.approx(1.0, abs=1e-6)

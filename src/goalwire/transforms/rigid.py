@@ -100,6 +100,12 @@ def rotation_vector(rotation: Quaternion) -> Vector:
     return x * factor, y * factor, z * factor
 
 
+def yaw_of(rotation: Quaternion) -> float:
+    """Return the heading of a rotation: the angle in rad about z, as REP 103 counts it, -pi to pi."""
+    x, y, z, w = rotation
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 def norm_squared(rotation: Quaternion) -> float:
     """Return the sum of the squares of a quaternion's parts, which is 1 for a rotation."""
     x, y, z, w = rotation

@@ -11,6 +11,7 @@ from nicegui import ui
 from goalwire.apps.console.page.send_form import SendForm
 from goalwire.apps.console.state.robot_watch import NavigationTarget, navigation_target, place_values
 from goalwire.errors import GoalwireError, UnknownInterfaceError
+from goalwire.transforms.rigid import yaw_of
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import View
@@ -156,5 +157,5 @@ def _place_in(request: Any, way: NavigationTarget) -> tuple[float, float, float]
         return float(request['x']), float(request['y']), 0.0
     pose = request[way.path[0]]['pose']
     turn = pose['orientation']
-    yaw = 2 * math.atan2(float(turn['z']), float(turn['w']))
+    yaw = yaw_of((float(turn['x']), float(turn['y']), float(turn['z']), float(turn['w'])))
     return float(pose['position']['x']), float(pose['position']['y']), yaw

@@ -10,7 +10,7 @@ from nicegui import ui
 from goalwire.apps.console.page.kept import keep_layout
 from goalwire.apps.console.page.parts import head
 from goalwire.apps.console.state.frames import MOST_AXES, Placed, numbers_of, place_all, tree_of
-from goalwire.transforms.rigid import IDENTITY, Rigid
+from goalwire.transforms.rigid import IDENTITY, Rigid, yaw_of
 
 if TYPE_CHECKING:
     from nicegui.element import Element
@@ -148,6 +148,5 @@ def _note(placed: dict[str, Placed], top: str, missing: str) -> str:
 
 def _place_text(name: str, pose: Rigid, fixed: str) -> str:
     x, y, z = pose.translation
-    qx, qy, qz, qw = pose.rotation
-    yaw = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy**2 + qz**2))
-    return f'{name} in {fixed}: {x:+.3f} {y:+.3f} {z:+.3f} m, yaw {math.degrees(yaw):+.1f}°'
+    yaw = math.degrees(yaw_of(pose.rotation))
+    return f'{name} in {fixed}: {x:+.3f} {y:+.3f} {z:+.3f} m, yaw {yaw:+.1f}°'

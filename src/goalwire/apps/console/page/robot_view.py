@@ -23,6 +23,7 @@ from goalwire.apps.console.page.teleop_card import TeleopCard
 from goalwire.apps.console.page.view import Page, View
 from goalwire.apps.console.state.robot_model import scene_of
 from goalwire.apps.console.state.series import put_sign
+from goalwire.transforms.rigid import yaw_of
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.draft import Draft
@@ -170,8 +171,7 @@ class RobotView(View):
             self._take_model(watch)
         frame, base = watch.pose()
         x, y, z = base.translation
-        turn = base.rotation
-        yaw = math.atan2(2 * (turn[3] * turn[2] + turn[0] * turn[1]), 1 - 2 * (turn[1] ** 2 + turn[2] ** 2))
+        yaw = yaw_of(base.rotation)
         links = watch.link_poses()
         marks = self._floor_goals.marks()
         self._frames.refresh(watch)
@@ -275,8 +275,7 @@ class RobotView(View):
             return
         x, y, yaw = _place_of(event)
         frame, base = self._watch.pose()
-        _, _, z, w = base.rotation
-        turn = 2.0 * math.atan2(z, w) if yaw is None else yaw  # without a drag it faces as before
+        turn = yaw_of(base.rotation) if yaw is None else yaw  # without a drag it faces as before
         await self._tools.send_initial_pose(frame, x, y, turn)
 
     def resume(self, draft: Draft) -> bool:

@@ -14,7 +14,7 @@ import goalwire
 from goalwire.apps.console.state.topics import Reading, Topics
 from goalwire.errors import peer_text
 from goalwire.records import record
-from goalwire.transforms.rigid import Rigid
+from goalwire.transforms.rigid import Rigid, yaw_of
 
 _BOOL = 'std_msgs/msg/Bool'
 _TRIGGER = 'std_srvs/srv/Trigger'
@@ -88,9 +88,7 @@ def push_values(newtons: float, degrees: float, base: Rigid) -> dict[str, Any]:
     `degrees` is its direction, counted to the left from where the robot faces. `base` is the pose of the
     robot's root link in the world.
     """
-    x, y, z, w = base.rotation
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2))
-    way = yaw + math.radians(degrees)
+    way = yaw_of(base.rotation) + math.radians(degrees)
     x, y = (round(newtons * part, 3) + 0.0 for part in (math.cos(way), math.sin(way)))
     force = {'x': x, 'y': y, 'z': 0.0}
     return {'force': force, 'duration': PUSH_S}

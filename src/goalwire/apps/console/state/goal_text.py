@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from goalwire.transforms.rigid import yaw_of
+
 _MOST = 60
 _FEW = 2
 
@@ -46,7 +48,7 @@ def _to(stamped: Mapping[str, Any]) -> str:
     position, turn = stamped['pose']['position'], stamped['pose']['orientation']
     x, y, z, w = (float(turn[name]) for name in 'xyzw')  # of a number that is not finite the data has a text
     text = f'to {float(position["x"]):.1f}, {float(position["y"]):.1f}'
-    yaw = math.degrees(math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    yaw = math.degrees(yaw_of((x, y, z, w)))
     return f'{text} facing {round(yaw)}°' if any((x, y, z, w)) and math.isfinite(yaw) else text
 
 
