@@ -26,6 +26,7 @@ sys.path.insert(0, str(ROOT / 'robot' / 'humanoid'))
 
 import rclpy  # noqa: E402
 from geometry_msgs.msg import PoseWithCovarianceStamped  # noqa: E402
+from humanoid_interfaces.msg import Contacts  # noqa: E402
 from nav2_msgs.action import NavigateToPose  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 from rclpy.action import ActionClient  # noqa: E402
@@ -55,6 +56,8 @@ class Watch:
         self.off: list[float] = []  # m, of the localiser at each scan
         self.turned_off: list[float] = []  # degrees
         self.way = 0.0  # m
+        self.felt: Counter[str] = Counter()
+        """How often, at 50 Hz, each link felt a thing; only with physics."""
         self._touching = False
         self._truths: OrderedDict[tuple[int, int], Pose2D] = OrderedDict()
         from humanoid.navigation.truth import TRUTH
@@ -62,6 +65,7 @@ class Watch:
         robot.node.create_subscription(Odometry, TRUTH, self._hear_truth, 100)
         robot.node.create_subscription(PoseWithCovarianceStamped, 'amcl_pose', self._hear_belief, 100)
         robot.node.create_subscription(Float64, 'clearance', self._hear_clearance, 100)
+        robot.node.create_subscription(Contacts, 'contacts', self._hear_contacts, 100)
 
     def _hear_truth(self, truth: Odometry) -> None:
         from humanoid.navigation.messages import target_of
@@ -83,6 +87,9 @@ class Watch:
             found = target_of(belief.pose.pose)
             self.off.append(math.hypot(found.x - true.x, found.y - true.y))
             self.turned_off.append(abs(math.degrees(turn_between(found.yaw, true.yaw))))
+
+    def _hear_contacts(self, contacts: Contacts) -> None:
+        self.felt.update(f'{contact.thing} by {contact.link}' for contact in contacts.contacts)
 
     def _hear_clearance(self, clearance: Float64) -> None:
         self.nearest = min(self.nearest, clearance.data)
@@ -148,7 +155,7 @@ def run(robot: Robot, watch: Watch, goals: int, until: float, chance: random.Ran
         took = time.monotonic() - began
         print(
             f'{number}: ({to.x:.1f}, {to.y:.1f}) {ending} {took:.0f} s, {recoveries} recoveries, '
-            f'nearest {watch.nearest:.3f} m, touches {watch.touches} {why}',
+            f'nearest {watch.nearest:.3f} m, touches {watch.touches}, felt {watch.felt.total()} {why}',
             flush=True,
         )
     client.destroy()
@@ -158,6 +165,7 @@ def run(robot: Robot, watch: Watch, goals: int, until: float, chance: random.Ran
 def report(endings: Counter[str], watch: Watch, took: float) -> str:
     """The table, in Markdown."""
     off, turned = np.array(watch.off), np.array(watch.turned_off)
+    felt = ', '.join(f'{what} {count}' for what, count in watch.felt.items())
     rows = [
         ('goals', str(sum(endings.values()))),
         ('reached', str(endings['SUCCEEDED'])),
@@ -165,6 +173,7 @@ def report(endings: Counter[str], watch: Watch, took: float) -> str:
         ('refused', str(endings['REFUSED'])),
         ('way, time', f'{watch.way:.0f} m, {took / 60:.0f} min'),
         ('touches', str(watch.touches)),
+        ('felt, so many times', felt or 'nothing'),
         ('nearest to anything', f'{watch.nearest * 100:.1f} cm'),
         ('localiser off: median, 99 %, most', _three(off * 100, 'cm')),
         ('turned off: median, 99 %, most', _three(turned, '°')),

@@ -417,9 +417,8 @@ export default {
     },
     adapt(now) { // less detail if this computer is too slow for it
       clearTimeout(this.rest);
-      const late = now - this.rendered - 1000 / this.frames;
-      const rested = this.asked - this.rendered > 20 || late > 1000;
-      if (this.detail.note(rested ? 0 : late, now)) {
+      const late = now - Math.max(this.rendered + 1000 / this.frames, this.asked); // than it could be at the earliest
+      if (this.detail.note(late < 1000 ? late : 0, now)) { // a page that is hidden draws nothing
         const { shadows, scale } = this.detail.wanted;
         this.sun.castShadow = shadows;
         this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * scale);
@@ -460,6 +459,8 @@ export default {
     },
     loop(now) {
       this.request = 0;
+      const began = performance.now(); // `now` is older on a slow computer
+      this.adapt(began);
       // The time since the last frame, or since the end of a rest. A first frame may have begun before the scene was made.
       const passed = Math.max(0, Math.min(now - Math.max(this.last, this.asked - 1000 / this.frames), 200));
       const share = 1 - Math.exp((-SMOOTH * passed) / 1000);
@@ -468,8 +469,7 @@ export default {
       this.dirty = false;
       this.controls.update(); // wakes the scene while the camera still glides
       if (this.moving) this.wake();
-      this.adapt(now);
-      this.rendered = now;
+      this.rendered = began;
       this.layers.veil(this.camera.position, this.controls.target);
       this.renderer.render(this.scene, this.camera);
       this.labels.render(this.scene, this.camera);

@@ -9,12 +9,14 @@ const MAP_HEIGHT = -0.002; // m: above the scene's floor, below all that lies on
 const LEAST_WIDTH = 0.01; // m, of a line
 const POINT_PIXELS = 4;
 const CLOUD_PIXELS = 2.5;
-const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => new THREE.Color().setRGB(byte / 255, 0, 0, THREE.SRGBColorSpace).r);
-const SOLIDS = {
-  box: () => new THREE.BoxGeometry(1, 1, 1),
-  sphere: () => new THREE.SphereGeometry(0.5, 24, 16),
-  cylinder: () => new THREE.CylinderGeometry(0.5, 0.5, 1, 28).rotateX(Math.PI / 2), // a marker's stands along z
+const LINEAR = Uint8Array.from({ length: 256 }, (_, byte) =>
+  Math.round(255 * new THREE.Color().setRGB(byte / 255, 0, 0, THREE.SRGBColorSpace).r));
+const SOLIDS = { // shared by all solids: markers may come anew ten times a second
+  box: new THREE.BoxGeometry(1, 1, 1),
+  sphere: new THREE.SphereGeometry(0.5, 16, 12),
+  cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 28).rotateX(Math.PI / 2), // a marker's stands along z
 };
+const SHARED = new Set(Object.values(SOLIDS));
 
 function colour_of([r, g, b, a]) {
   return { color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), transparent: a < 1, opacity: a };
@@ -42,15 +44,17 @@ function points(shape) {
 }
 
 function bytes_of(text) {
-  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let at = 0; at < bytes.length; at++) bytes[at] = letters.charCodeAt(at);
+  return bytes;
 }
 
 function cloud(shape) { // in base64: a list of 150,000 numbers as text would hold up the page
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes_of(shape.spots).buffer), 3));
-  const srgb = bytes_of(shape.colours), colours = new Float32Array(srgb.length);
-  for (let at = 0; at < srgb.length; at++) colours[at] = LINEAR[srgb[at]];
-  geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
+  const colours = bytes_of(shape.colours);
+  for (let at = 0; at < colours.length; at++) colours[at] = LINEAR[colours[at]];
+  geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3, true));
   const size = CLOUD_PIXELS * Math.min(window.devicePixelRatio || 1, 2);
   return new THREE.Points(geometry, new THREE.PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
 }
@@ -90,7 +94,7 @@ function lines(shape, step) {
 
 function solid(shape) {
   const mesh = new THREE.Mesh(
-    SOLIDS[shape.kind](), new THREE.MeshStandardMaterial({ ...colour_of(shape.rgba), roughness: 0.8 }));
+    SOLIDS[shape.kind], new THREE.MeshStandardMaterial({ ...colour_of(shape.rgba), roughness: 0.8 }));
   mesh.scale.set(...shape.size);
   mesh.own_opacity = mesh.material.opacity;
   return mesh;
@@ -135,7 +139,7 @@ function place(object, [x, y, z, qx, qy, qz, qw]) {
 
 function release(group) {
   group.traverse((each) => {
-    each.geometry?.dispose();
+    if (!SHARED.has(each.geometry)) each.geometry?.dispose();
     each.material?.map?.dispose();
     each.material?.dispose();
     if (each.isInstancedMesh) each.dispose();
