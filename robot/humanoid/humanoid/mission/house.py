@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from humanoid.mission.robot import Robot
-from humanoid.mission.steps import Report, Step, expect
+from humanoid.mission.steps import Report, Step, expect, watch_drive
 
 DOOR = 'kitchen'  # to the kitchen from the living room, where the robot begins; the corridor is a second way
 KITCHEN = (7.0, 3.0)  # m on the map
@@ -34,21 +34,17 @@ def go_round_a_closed_door(robot: Robot, report: Report) -> str:
     return f'{happened}; SUCCEEDED'
 
 
-def go_home_through_it(robot: Robot, report: Report) -> str:
+def go_home(robot: Robot, report: Report) -> str:
     answer = robot.move_door(DOOR, is_open=True)
     expect(answer.success, answer.message)
     with robot.drive(0.0, 0.0, allowed=ALLOWED, timeout=GOAL_WITHIN) as run:
         expect(run.accepted, 'refused')
-        whole = 0.0
-        for feedback in run.feedback():
-            left = feedback.distance_remaining
-            whole = max(whole, left)
-            report.progress(1.0 - left / whole if whole else 1.0, f'{left:.2f} m to go')
+        whole = watch_drive(run, report)
         expect(run.status == 'SUCCEEDED', f'{run.status}: {run.result.message}')
     return f'SUCCEEDED after {whole:.1f} m'
 
 
 IN_HOUSE = (
     Step('to the kitchen; its door closes', 'goes round, SUCCEEDED', go_round_a_closed_door),
-    Step('home, the door open again', 'SUCCEEDED', go_home_through_it),
+    Step('home, the door open again', 'SUCCEEDED', go_home),
 )

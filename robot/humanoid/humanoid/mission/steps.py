@@ -111,7 +111,7 @@ def arm_beyond_limits(robot: Robot, _report: Report) -> str:
 def drive(robot: Robot, report: Report) -> str:
     with robot.drive(1.2, 0.9, allowed=ALLOWED, timeout=GOAL_WITHIN) as run:
         expect(run.accepted, 'refused')
-        _watch_drive(run, report)
+        watch_drive(run, report)
         expect(run.status == 'SUCCEEDED' and run.result.success, f'{run.status}: {run.result.message}')
         x, y = run.result.final_pose.pose.position.x, run.result.final_pose.pose.position.y
     # m: in a world the position comes from matched laser scans, less exact than the simulated odometry
@@ -152,7 +152,7 @@ def pre_empt(robot: Robot, report: Report) -> str:
             expect(newer.accepted, 'the newer goal was refused')
             older.finish()
             expect(older.status == 'ABORTED', f'the older goal {older.status}: {older.result.message}')
-            _watch_drive(newer, report)
+            watch_drive(newer, report)
             expect(newer.status == 'SUCCEEDED', f'the newer goal {newer.status}: {newer.result.message}')
     return f'older ABORTED ({older.result.message}), newer SUCCEEDED'
 
@@ -160,7 +160,7 @@ def pre_empt(robot: Robot, report: Report) -> str:
 def too_little_time(robot: Robot, report: Report) -> str:
     with robot.drive(9.0, 9.0, allowed=0.5, timeout=GOAL_WITHIN) as run:
         expect(run.accepted, 'refused')
-        _watch_drive(run, report)
+        watch_drive(run, report)
         expect(run.status == 'ABORTED' and not run.result.success, f'{run.status}: {run.result.message}')
     return f'ABORTED: {run.result.message}'
 
@@ -173,7 +173,7 @@ def home_with_lowered_arm(robot: Robot, report: Report) -> str:
         robot.drive(0.0, 0.0, allowed=ALLOWED, timeout=GOAL_WITHIN) as base,
     ):
         expect(arm.accepted and base.accepted, 'refused')
-        _watch_drive(base, report)
+        watch_drive(base, report)
         arm.finish()
         expect(base.status == arm.status == 'SUCCEEDED', f'base {base.status}, arm {arm.status}')
     drained = before - robot.battery().battery.charge
@@ -300,12 +300,14 @@ def _angle(state: JointState, joint: str) -> float:
     return state.position[list(state.name).index(joint)]
 
 
-def _watch_drive(run: GoalRun, report: Report) -> None:
-    whole = None
+def watch_drive(run: GoalRun, report: Report) -> float:
+    """Report the progress of a drive to its end; return the way at its beginning, in m."""
+    whole = 0.0
     for feedback in run.feedback():
         left = feedback.distance_remaining
         whole = whole or left
         report.progress(1.0 - left / whole if whole else 1.0, f'{left:.2f} m to go')
+    return whole
 
 
 def steps(*, battery_starts_late: bool = False, whole_body: bool = False) -> Sequence[Step]:
