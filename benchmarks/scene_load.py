@@ -18,13 +18,13 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.console_load import FRAMES, Server, Verdicts  # noqa: E402
-from tools.console_picture import CHROMIUM, FLAGS, PATIENCE_MS  # noqa: E402
+from tools.console_picture import open_page  # noqa: E402
 
 MOST_FRAME_MS = 50.0
 MOST_SHARE = 0.5
@@ -118,11 +118,7 @@ def main() -> int:
         while 'Navigator ready' not in robot.stdout.readline():
             assert robot.poll() is None, 'the robot has ended'
         threading.Thread(target=robot.stdout.read, daemon=True).start()  # a full pipe would hold it up
-        driver = ends.enter_context(sync_playwright())
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        ends.callback(browser.close)
-        page = browser.new_page(viewport={'width': 1280, 'height': 800})
-        page.set_default_timeout(PATIENCE_MS)
+        page = open_page(ends)
         page.goto(f'{url}?view=robot')
         layers = turn_all_on(page)
         start('-m', 'humanoid', 'move', *WAY)

@@ -35,8 +35,6 @@ IS_LOST = "() => document.body.classList.contains('gw-is-lost')"
 
 def main() -> int:
     """Start the robot and a console, take the picture, end both."""
-    from playwright.sync_api import sync_playwright
-
     environment = os.environ | {
         'ROS_DOMAIN_ID': '97',
         'PYTHONPATH': str(ROOT / 'robot' / 'humanoid'),
@@ -51,16 +49,25 @@ def main() -> int:
             ends.callback(process.terminate)
         assert process.stdout is not None
         url = json.loads(process.stdout.readline())['url']
-        driver = ends.enter_context(sync_playwright())
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        ends.callback(browser.close)
-        take(browser.new_page(viewport={'width': WIDTH, 'height': HEIGHT}), url, PICTURE)
+        take(open_page(ends), url, PICTURE)
     size = PICTURE.stat().st_size
     print(f'{PICTURE.relative_to(ROOT)}: {size} bytes')
     return 0 if size < MOST_BYTES else 1
 
 
 _CONSOLE = ['--no-open', '--json', '--port', '0']
+
+
+def open_page(ends: ExitStack) -> Page:
+    """Open a page of Chromium; `ends` closes it."""
+    from playwright.sync_api import sync_playwright
+
+    driver = ends.enter_context(sync_playwright())
+    browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    ends.callback(browser.close)
+    page = browser.new_page(viewport={'width': WIDTH, 'height': HEIGHT})
+    page.set_default_timeout(PATIENCE_MS)
+    return page
 
 
 def take(page: Page, url: str, file: Path) -> None:

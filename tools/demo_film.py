@@ -20,7 +20,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tools.console_picture import CHROMIUM, FLAGS, MOST_BYTES, PATIENCE_MS, ROOT
+from tools.console_picture import MOST_BYTES, PATIENCE_MS, ROOT, open_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -123,8 +123,6 @@ def film(demo: Demo, page: Page, folder: Path) -> None:
 
 def main() -> int:
     """Start the demo, film it, end all."""
-    from playwright.sync_api import sync_playwright
-
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('folder', type=Path, nargs='?', default=ROOT / 'build' / 'film')
     parser.add_argument('--physics', action=argparse.BooleanOptionalAction, default=True)
@@ -134,11 +132,7 @@ def main() -> int:
         demo = Demo(physics=options.physics)
         ends.callback(demo.end)
         demo.await_page()
-        driver = ends.enter_context(sync_playwright())
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        ends.callback(browser.close)
-        page = browser.new_page(viewport={'width': 1280, 'height': 800})
-        page.set_default_timeout(PATIENCE_MS)
+        page = open_page(ends)
         page.goto(f'{demo.url}{"&" if "?" in demo.url else "?"}view=robot')
         page.wait_for_function(IS_DRAWN)
         page.evaluate(FOLLOW, EYE)
