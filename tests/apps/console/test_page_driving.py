@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import signal
 from collections.abc import Callable
 from typing import Any
 
@@ -83,6 +84,21 @@ def test_a_hand_on_the_pad_drives_the_robot_until_it_lets_go(stage: Stage, open_
         robot.expect('driven 0.00 0.00')
         if not page.is_closed():
             page.mouse.up()
+
+
+def test_a_console_that_ends_stops_what_it_drives(stage: Stage, open_page: OpenPage) -> None:
+    robot = stage.robot()
+    console, url = stage.console()
+    page = open_page(f'{url}?view=robot')
+    page.click('[data-teleop-on]')
+    confirm(page)
+    box = page.locator('[data-teleop-pad]').bounding_box()
+    page.mouse.move(box['x'] + box['width'] / 2, box['y'] + box['height'] / 2)
+    page.mouse.down()
+    page.mouse.move(box['x'] + box['width'] / 2, box['y'])
+    robot.expect('driven 0.30 0.00')
+    console.send_signal(signal.SIGINT)
+    robot.expect('driven 0.00 0.00')
 
 
 def test_drags_on_the_floor_give_a_heading_a_pose_and_a_distance(stage: Stage, open_page: OpenPage) -> None:

@@ -141,10 +141,11 @@ export default {
       this.world.group.add(this.trail);
     },
     listen(canvas) {
-      let down = null;
+      let down = null, pointer = null; // the finger or mouse that has pressed
       canvas.addEventListener("pointerdown", (event) => {
         if (this.tools.is_pressed) return; // a second finger
         down = [event.clientX, event.clientY, event.button];
+        pointer = event.pointerId;
         const point = this.tools.tool && event.button === 0 && this.floor_at(event.clientX, event.clientY);
         if (!point) return;
         canvas.setPointerCapture(event.pointerId);
@@ -152,13 +153,14 @@ export default {
         this.wake();
       });
       canvas.addEventListener("pointermove", (event) => {
-        const point = this.tools.is_pressed && this.floor_at(event.clientX, event.clientY);
+        const is_ours = this.tools.is_pressed && event.pointerId === pointer;
+        const point = is_ours && this.floor_at(event.clientX, event.clientY);
         if (!point) return;
         this.tools.drag(point);
         this.wake();
       });
       canvas.addEventListener("pointerup", (event) => {
-        if (!down || down[2] !== 0) return;
+        if (!down || down[2] !== 0 || (this.tools.is_pressed && event.pointerId !== pointer)) return;
         if (this.tools.tool) this.release_tool();
         else if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5) this.clicked(event);
         down = null;
