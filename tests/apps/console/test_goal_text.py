@@ -1,4 +1,4 @@
-"""What lanes say of a goal: what it asks for."""
+"""Lanes say of a goal what it asks for."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def in_loop(scenario: Callable[Arguments, Coroutine[Any, Any, None]]) -> Callabl
 
 
 class Driven:
-    """What a robot was told, and why it was stopped."""
+    """Notes the velocities that a robot gets, and why it was stopped."""
 
     def __init__(self) -> None:
         self.told: list[tuple[float, float]] = []

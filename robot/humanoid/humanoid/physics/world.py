@@ -204,7 +204,7 @@ class World:
         return float(x), float(y), float(z)
 
     def touches(self) -> list[Touch]:
-        """What the robot touches, apart from the floor below its feet."""
+        """Return the robot's contacts with the world, but for those of its feet with the floor."""
         return find_touches(self.robot, self._data)
 
     def state(self) -> bytes:

@@ -62,7 +62,7 @@ def test_things_lie_as_seen_from_where_the_robot_starts(world: World, room: Surr
 
 
 def test_it_feels_who_walks_into_it(world: World, room: Surroundings) -> None:
-    """What its feet stand on is no touch."""
+    """The floor below its feet does not count."""
     world.tick()
     assert world.touches() == []
     for step in range(100):

@@ -35,7 +35,7 @@ class TeleopCard:
         self._target: Target | None = None
         self._publisher: goalwire.Publisher[Any] | None = None
         self._driven: tuple[Target, goalwire.Publisher[Any]] | None = None
-        """What the last press has driven, for the repeats of its stop."""
+        """The topic that the last press drives, and its publisher: the repeats of its stop need them."""
         with ui.element('div').classes('gw-card').props('data-teleop') as self._card:
             with head('Drive by hand', 'gamepad'):
                 ui.element('div').classes('gw-spread')

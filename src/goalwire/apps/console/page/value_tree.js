@@ -59,7 +59,7 @@ const Branch = {
     yaw_of(value) { // of a quaternion; null for anything else
       if (Object.keys(value).join() !== "x,y,z,w") return null;
       const { x, y, z, w } = value;
-      const length = x * x + y * y + z * z + w * w; // not 1 for what is no rotation, NaN for numbers that came as text
+      const length = x * x + y * y + z * z + w * w; // 1 for a rotation; NaN if a number came as text
       if (!(Math.abs(length - 1) < 0.1)) return null;
       return this.degrees(Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)));
     },

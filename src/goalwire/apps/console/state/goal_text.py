@@ -1,4 +1,4 @@
-"""What a goal asks for, in a few words: 'to 2.0, 0.0 facing 90°', 'left_elbow 1.0', 'order 5'."""
+"""Describes a goal in a few words: 'to 2.0, 0.0 facing 90°', 'left_elbow 1.0', 'order 5'."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ export class Detail {
 
   note(late, now) { // a frame came `late` ms late at `now` ms; true if the level has changed
     this.slow = late > LATE ? this.slow + 1 : Math.max(0, this.slow - 0.25);
-    if (this.slow > 1) this.strained = now; // a single late frame is no strain
+    if (this.slow > 1) this.strained = now; // a single late frame does not count
     if (this.slow >= MANY && this.level < LEVELS.length - 1) {
       this.patience = now - this.bettered < this.patience ? Math.min(2 * this.patience, LONGEST) : PATIENCE;
       return this.choose(this.level + 1, now);

@@ -1,4 +1,4 @@
-// What a press on the floor does while a tool is chosen: it gives a place and a heading, or measures a distance.
+// With a tool, a press on the floor and a drag give a place and a heading, or measure a distance.
 import { CSS2DObject, THREE } from "nicegui-scene";
 
 const COLOURS = { goal: 0xf59e0b, pose: 0x8b5cf6, measure: 0x0ea5e9 };
