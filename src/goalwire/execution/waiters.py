@@ -15,6 +15,7 @@ from _thread import allocate_lock
 from collections.abc import Callable, Iterable
 from functools import partial
 from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
+from time import monotonic_ns
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -22,6 +23,13 @@ if TYPE_CHECKING:
 
     from goalwire.concurrency.wire_poller import WirePoller
     from goalwire.execution.asyncio.fd_selector import FdSelector
+
+
+UNHEARD_NS = 1_000_000_000
+"""The longest sleep of the main thread without a listener, as in a program that wants no handlers of ours; it
+then sleeps again. A signal that comes just before the sleep, or to another thread, does not end it, and
+CPython runs the handler only afterwards. A listener would end the sleep.
+"""
 
 
 class Waiter:
@@ -41,10 +49,23 @@ class Waiter:
     def wait(self, timeout_ns: int | None = None) -> bool:
         """Sleep until woken (True) or for `timeout_ns` (False); None sleeps without limit."""
         if timeout_ns is None:
+            if not LISTENING and current_thread() is main_thread():
+                return self._wait_unheard(None)
             return self._gate.acquire()
         if timeout_ns <= 0:
             return self._gate.acquire(blocking=False)
+        if timeout_ns > UNHEARD_NS and not LISTENING and current_thread() is main_thread():
+            return self._wait_unheard(monotonic_ns() + timeout_ns)
         return self._gate.acquire(timeout=min(timeout_ns / 1e9, TIMEOUT_MAX))
+
+    def _wait_unheard(self, end_ns: int | None) -> bool:
+        """Sleep until woken or until `end_ns`, with a look for signals every UNHEARD_NS."""
+        while True:
+            left = UNHEARD_NS if end_ns is None else min(end_ns - monotonic_ns(), UNHEARD_NS)
+            if self._gate.acquire(timeout=max(left, 0) / 1e9):
+                return True
+            if end_ns is not None and monotonic_ns() >= end_ns:
+                return False
 
     def wake(self) -> None:
         """End the current or the next `wait`. Callable from any thread and from signal handlers; takes no

@@ -182,6 +182,34 @@ def test_without_handlers_ctrl_c_leaves_the_context_open(isolated: dict[str, str
     assert 'RCLError' not in output
 
 
+@pytest.mark.parametrize('executor', ['SingleThreadedExecutor', 'MultiThreadedExecutor'])
+def test_without_handlers_a_ctrl_c_that_ends_no_sleep_is_heard_after_a_second(
+    isolated: dict[str, str], executor: str
+) -> None:
+    """A signal just before the main thread's sleep does not end it, nor does one that another thread gets."""
+    program = f"""
+import _thread
+import sys
+rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+executor = {executor}()
+executor.add_node(rclpy.create_node('a'))
+main = threading.get_ident()
+def interrupt():
+    while not sys._current_frames()[main].f_code.co_filename.endswith('waiters.py'):
+        pass
+    _thread.interrupt_main()  # as if a signal had come to this thread
+threading.Thread(target=interrupt, daemon=True).start()
+try:
+    executor.spin()
+except KeyboardInterrupt:
+    print('caught, ok', rclpy.ok())
+rclpy.shutdown()
+"""
+    code, output = run(isolated, program)
+    assert code == 0
+    assert 'caught, ok True' in output
+
+
 def test_without_handlers_sigterm_just_kills(isolated: dict[str, str]) -> None:
     program = BEGIN.replace('init()', 'init(signal_handler_options=SignalHandlerOptions.NO)') + GUARDED
     code, _ = run(isolated, program, signal.SIGTERM)
