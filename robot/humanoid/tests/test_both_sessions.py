@@ -23,9 +23,7 @@ def is_met_by(meeting: str, world: dict[str, str]) -> Iterator[dict[str, str]]:
     if meeting == RENDEZVOUS:
         yield world
         return
-    with Program(
-        'from goalwire.apps.cli.main import main; raise SystemExit(main())', 'router', env=world
-    ) as router:
+    with Program(GOALWIRE, 'router', env=world) as router:
         router.expect('Ctrl-C ends it')
         yield world | {'GOALWIRE_ROUTER': 'off'}
 
@@ -33,10 +31,10 @@ def is_met_by(meeting: str, world: dict[str, str]) -> Iterator[dict[str, str]]:
 @pytest.mark.parametrize(
     ('meeting', 'servers'),
     [
-        (RENDEZVOUS, 'native'),
         (ROUTER, 'eclipse'),
-        pytest.param(RENDEZVOUS, 'eclipse', marks=pytest.mark.long),
         pytest.param(ROUTER, 'native', marks=pytest.mark.long),
+        pytest.param(RENDEZVOUS, 'eclipse', marks=pytest.mark.long),
+        pytest.param(RENDEZVOUS, 'native', marks=pytest.mark.long),
     ],
 )
 def test_the_ten_steps_end_well(is_met_by: dict[str, str], servers: str) -> None:
