@@ -26,6 +26,7 @@ sys.path.insert(0, str(ROOT / 'robot' / 'humanoid'))
 
 import rclpy  # noqa: E402
 from geometry_msgs.msg import PoseWithCovarianceStamped  # noqa: E402
+from humanoid.model import BASE  # noqa: E402
 from humanoid_interfaces.msg import Contacts  # noqa: E402
 from nav2_msgs.action import NavigateToPose  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
@@ -43,7 +44,7 @@ DOMAIN = '96'
 GOAL_WITHIN = 300.0  # s
 READY_WITHIN = 120.0  # s
 DOOR_MOVES = 0.3  # share of the goals before which a door is moved
-ROOM = 0.36  # m that the map has around a goal
+ROOM = BASE.radius + 0.08  # m that the map has around a goal
 REMEMBERED = 500  # truths, each with the stamp of its odometry
 
 
@@ -208,7 +209,7 @@ def main() -> int:
             endings = run(robot, watch, options.goals, until, random.Random(options.seed))
             print(report(endings, watch, time.monotonic() - began))
         rclpy.shutdown()
-    return 1 if watch.touches else 0
+    return 1 if watch.touches or watch.felt else 0
 
 
 if __name__ == '__main__':

@@ -86,7 +86,7 @@ class BaseSpec:
 
     max_speed: float = 0.8  # m/s
     max_turn_rate: float = 1.5  # rad/s
-    radius: float = 0.28  # m: radius of a disc about base_link that contains the robot with its arms hanging
+    radius: float = 0.4  # m: radius of a disc about base_link that contains the robot with its arms at home
 
 
 BASE = BaseSpec()

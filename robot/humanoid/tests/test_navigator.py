@@ -196,7 +196,7 @@ def sharpest_turn(poses: Sequence[PoseStamped]) -> float:
         (
             smooth(path(Pose2D(4.0, 2.5), Pose2D(7.0, 2.5)), check_for_collisions=True),
             503,
-            'the path comes nearer than 0.28 m to something, near (5.2, 2.5) m on the map',
+            'the path comes nearer than 0.4 m to something, near (5.1, 2.5) m on the map',
         ),
     ],
     ids=['by an unknown smoother', 'empty', 'in an unknown frame', 'through a wall'],

@@ -20,10 +20,13 @@ TURNS = np.linspace(-1.2, 1.2, 25)  # rad/s
 LOOKS = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.2])  # s ahead at which an arc's clearance is checked
 AHEAD = 0.7  # m from the robot to the point of the path that it heads for
 TURN_FIRST = 0.9  # rad: if the point is farther off the heading, the robot first turns on the spot
+AIMED = (
+    0.1  # rad: if every arc is blocked, it turns on the spot until the point is this little off the heading
+)
 NEAR = 0.35  # m: within this distance the robot moves straight to the goal, also sideways
 SLOW = 0.2  # m/s within NEAR of the goal
 WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: within these the robot has arrived
-ROOMY = 0.5  # m: more clearance does not make an arc better
+ROOMY = 0.6  # m: more clearance does not make an arc better
 
 
 class Blocked(Exception):
@@ -43,9 +46,15 @@ def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops
         return _last_piece(costmap, pose, goal, away)
     x, y = _carrot(path, pose)
     bearing = turn_between(pose.yaw, math.atan2(y - pose.y, x - pose.x))
+    turning = Velocity2D(yaw=math.copysign(min(1.0, 1.5 * abs(bearing)), bearing))
     if abs(bearing) > TURN_FIRST:
-        return Velocity2D(yaw=math.copysign(min(1.0, 1.5 * abs(bearing)), bearing))
-    return _best_arc(costmap, pose, x, y)
+        return turning
+    try:
+        return _best_arc(costmap, pose, x, y)
+    except Blocked:
+        if abs(bearing) > AIMED:
+            return turning
+        raise
 
 
 def measure_rest(path: Array, pose: Pose2D) -> float:

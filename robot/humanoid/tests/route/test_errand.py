@@ -11,6 +11,7 @@ from helpers.house_stage import Stage
 
 from humanoid.navigation.base import STANDING, Pose2D
 from humanoid.route import follower
+from humanoid.route.costmap import KEEPS
 from humanoid.route.errand import Errand
 from humanoid.route.task import Failure
 
@@ -102,7 +103,7 @@ def test_ten_goals_among_people_end_without_a_touch(stage: Stage) -> None:
     chance, reached = np.random.default_rng(11), 0
     for _ in range(10):
         goal = Pose2D(chance.uniform(-1.5, 10.0), chance.uniform(-1.5, 10.0), chance.uniform(-3.0, 3.0))
-        while stage.costmap.measure_mapped(np.array([[goal.x, goal.y]]))[0] < 0.4:
+        while stage.costmap.measure_mapped(np.array([[goal.x, goal.y]]))[0] < KEEPS + 0.05:
             goal = Pose2D(chance.uniform(-1.5, 10.0), chance.uniform(-1.5, 10.0), goal.yaw)
         reached += arrived(drive(stage, [goal], limit=150.0))
     assert reached >= 9
