@@ -19,6 +19,7 @@ STEEPNESS = 5.0  # 1/m
 CLEARED_TO = 8.0  # m: to this distance a beam clears the cells that it crosses
 KNOWN_WITHIN = 0.12  # m: scanned points within this distance of a mapped obstacle belong to it
 FORGOTTEN_AFTER = 30.0  # s for which an obstacle out of sight is remembered
+STAYS_WITHIN = 2.5  # m: an obstacle that is farther from the robot may have gone before the robot comes there
 
 
 class Costmap:
@@ -27,6 +28,7 @@ class Costmap:
     def __init__(self, geometry: Geometry, occupied: NDArray[np.bool_]) -> None:
         self.geometry = geometry
         self._seen_at = np.full(occupied.shape, -math.inf)
+        self._seen = np.zeros(occupied.shape, dtype=bool)  # the obstacles that only scans have shown
         self.mapped = _clearance(occupied, geometry.resolution)
         self.clearance = self.mapped
         """The distance in m from each cell's centre to the nearest obstacle of the map or of a scan."""
@@ -53,7 +55,17 @@ class Costmap:
     def forget(self) -> None:
         """Forget all scanned obstacles until the next scan: those out of sight may have gone."""
         self._seen_at.fill(-math.inf)
+        self._seen[:] = False
         self.clearance = self.mapped
+
+    def forecast(self, pose: Pose2D) -> Array:
+        """Return the clearances without the scanned obstacles that are far from a robot at `pose`."""
+        seen = np.argwhere(self._seen)
+        offset = self.geometry.centres(seen) - [pose.x, pose.y]
+        near = seen[np.hypot(offset[:, 0], offset[:, 1]) <= STAYS_WITHIN]
+        stays = np.zeros_like(self._seen)
+        stays[near[:, 0], near[:, 1]] = True
+        return self._lower(stays)
 
     def clearance_at(self, points: Array) -> Array:
         """Return the clearance at each point (n, 2), in m; 0 off the map."""
@@ -83,20 +95,23 @@ class Costmap:
         self._seen_at[cells[:, 0], cells[:, 1]] = now
 
     def _renew(self, now: float) -> None:
-        """Compute the clearances: those of the map, lowered near obstacles that only scans have shown."""
-        seen = (now - self._seen_at <= FORGOTTEN_AFTER) & (self.mapped > KNOWN_WITHIN)
+        self._seen = (now - self._seen_at <= FORGOTTEN_AFTER) & (self.mapped > KNOWN_WITHIN)
+        self.clearance = self._lower(self._seen)
+
+    def _lower(self, seen: NDArray[np.bool_]) -> Array:
+        """Return the clearances of the map, lowered near the cells that are `seen`."""
         rows, columns = (np.flatnonzero(seen.any(axis=axis)) for axis in (1, 0))
         if not len(rows):
-            self.clearance = self.mapped
-            return
+            return self.mapped
         reach = math.ceil(FADES / self.geometry.resolution)
         part = (
             slice(max(rows[0] - reach, 0), rows[-1] + reach + 1),
             slice(max(columns[0] - reach, 0), columns[-1] + reach + 1),
         )
-        self.clearance = self.mapped.copy()
+        lowered: Array = self.mapped.copy()
         near = _clearance(seen[part], self.geometry.resolution)
-        self.clearance[part] = np.minimum(self.mapped[part], near)
+        lowered[part] = np.minimum(self.mapped[part], near)
+        return lowered
 
     def _at(self, field: Array, points: Array) -> Array:
         cells = self.geometry.cells(points)

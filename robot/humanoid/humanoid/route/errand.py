@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from humanoid.maps import Array
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D, turn_between
 from humanoid.route import follower
 from humanoid.route.costmap import KEEPS, Costmap
@@ -95,7 +96,7 @@ class Errand(Task):
             return self.path is not None
         self._planned_at = now
         try:
-            self.path = plan(costmap.geometry, costmap.clearance, pose, self.targets[0])
+            self.path = _plan(costmap, pose, self.targets[0])
         except NoWay as problem:
             self.path = None
             if now - self._way_at >= LOOK_AGAIN_AFTER and not self._looked_again:
@@ -138,6 +139,17 @@ class Errand(Task):
         self._recovers_until = now + (BACKS_UP if self._backs_up else WAITS)
         self._progress = math.inf, self._recovers_until
         self._planned_at = -math.inf
+
+
+def _plan(costmap: Costmap, pose: Pose2D, goal: Pose2D) -> Array:
+    """Plan a path; if all are barred, one through obstacles that may have gone by then. Raises NoWay."""
+    try:
+        return plan(costmap.geometry, costmap.clearance, pose, goal)
+    except NoWay as problem:
+        try:
+            return plan(costmap.geometry, costmap.forecast(pose), pose, goal)
+        except NoWay:
+            raise problem from None
 
 
 def explain(costmap: Costmap, pose: Pose2D, goal: Pose2D, problem: NoWay) -> str:

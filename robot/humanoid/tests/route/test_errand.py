@@ -90,6 +90,17 @@ def test_a_room_with_its_doors_closed_is_given_up_with_the_reason(stage: Stage) 
     assert stage.nearest > 0.0
 
 
+def test_what_bars_the_way_far_ahead_may_have_gone_by_then(stage: Stage) -> None:
+    stage.scene.open['living_room'] = stage.scene.open['kitchen'] = False
+
+    def open_late() -> None:
+        stage.scene.open['kitchen'] |= stage.base.pose.x > 2.5  # m: the door is 3 m ahead then
+
+    errand = drive(stage, [Pose2D(7.0, 3.0)], limit=60.0, meanwhile=open_late)
+    assert arrived(errand), errand.ending
+    assert stage.nearest > 0.0
+
+
 def test_without_a_pose_it_stands_and_gives_up(stage: Stage) -> None:
     errand = Errand([Pose2D(1.0, 1.0)], 0.0)
     assert errand.tick(stage.costmap, None, 0.5) == STANDING
