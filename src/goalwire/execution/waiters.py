@@ -15,7 +15,6 @@ from _thread import allocate_lock
 from collections.abc import Callable, Iterable
 from functools import partial
 from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
-from time import monotonic_ns
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -55,17 +54,16 @@ class Waiter:
         if timeout_ns <= 0:
             return self._gate.acquire(blocking=False)
         if timeout_ns > UNHEARD_NS and not LISTENING and current_thread() is main_thread():
-            return self._wait_unheard(monotonic_ns() + timeout_ns)
+            return self._wait_unheard(timeout_ns)
         return self._gate.acquire(timeout=min(timeout_ns / 1e9, TIMEOUT_MAX))
 
-    def _wait_unheard(self, end_ns: int | None) -> bool:
-        """Sleep until woken or until `end_ns`, with a look for signals every UNHEARD_NS."""
-        while True:
-            left = UNHEARD_NS if end_ns is None else min(end_ns - monotonic_ns(), UNHEARD_NS)
-            if self._gate.acquire(timeout=max(left, 0) / 1e9):
+    def _wait_unheard(self, left_ns: int | None) -> bool:
+        """Sleep until woken or for `left_ns`, with a look for signals every UNHEARD_NS."""
+        while left_ns is None or left_ns > UNHEARD_NS:
+            if self._gate.acquire(timeout=UNHEARD_NS / 1e9):
                 return True
-            if end_ns is not None and monotonic_ns() >= end_ns:
-                return False
+            left_ns = None if left_ns is None else left_ns - UNHEARD_NS
+        return self._gate.acquire(timeout=left_ns / 1e9)
 
     def wake(self) -> None:
         """End the current or the next `wait`. Callable from any thread and from signal handlers; takes no
