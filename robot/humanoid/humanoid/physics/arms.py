@@ -11,9 +11,7 @@ SHOULDERS = ('left_arm_shoulder', 'right_arm_shoulder')  # the right shoulder's 
 HIPS = ('left_hip_pitch', 'right_hip_pitch')
 SHARE = 1.0  # rad of an arm's swing for each rad of the leg's
 WIDEST = 0.35  # rad
-BACK = (
-    WIDEST  # rad by which both arms hang farther back meanwhile: no hand reaches farther ahead than at home
-)
+BACK = WIDEST  # rad that both arms hang farther back meanwhile: no hand reaches farther ahead than at home
 FOLLOWS = 0.12  # s: time constant with which the arms follow the legs
 GOES_BACK = 0.4  # s: time constant with which they go back, and return
 FREE_AFTER = 2.0  # s after the last command, before the arms swing: they must stay where they were sent

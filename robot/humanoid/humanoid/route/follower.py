@@ -20,9 +20,7 @@ TURNS = np.linspace(-1.2, 1.2, 25)  # rad/s
 LOOKS = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.2])  # s ahead at which an arc's clearance is checked
 AHEAD = 0.7  # m from the robot to the point of the path that it heads for
 TURN_FIRST = 0.9  # rad: if the point is farther off the heading, the robot first turns on the spot
-AIMED = (
-    0.1  # rad: if every arc is blocked, it turns on the spot until the point is this little off the heading
-)
+AIMED = 0.1  # rad: if every arc is blocked, it turns on the spot until the point is no farther off
 NEAR = 0.35  # m: within this distance the robot moves straight to the goal, also sideways
 SLOW = 0.2  # m/s within NEAR of the goal
 WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: within these the robot has arrived
