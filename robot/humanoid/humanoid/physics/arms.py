@@ -11,9 +11,7 @@ SHOULDERS = ('left_arm_shoulder', 'right_arm_shoulder')  # the right shoulder's 
 HIPS = ('left_hip_pitch', 'right_hip_pitch')
 SHARE = 1.0  # rad of an arm's swing for each rad of the leg's
 WIDEST = 0.35  # rad
-BACK = WIDEST  # rad that both arms hang farther back meanwhile: no hand reaches farther ahead than at home
 FOLLOWS = 0.12  # s: time constant with which the arms follow the legs
-GOES_BACK = 0.4  # s: time constant with which they go back, and return
 FREE_AFTER = 2.0  # s after the last command, before the arms swing: they must stay where they were sent
 AT_HOME = 1e-6  # rad
 
@@ -30,7 +28,7 @@ class ArmSwing:
         self._homes = {name: joints[name].home for name in SHOULDERS if name in joints}
         self._can = all(name in joints for name in (*SHOULDERS, *HIPS))
         self._commanded = -FREE_AFTER
-        self._angle = self._back = 0.0
+        self._angle = 0.0
 
     def update(self, commanded: Collection[str]) -> None:
         """Set the arms' swing for this tick; `commanded`: the joints that follow a command now."""
@@ -41,16 +39,12 @@ class ArmSwing:
             self._commanded = world.time
         at_home = all(abs(world.goal(name) - home) <= AT_HOME for name, home in self._homes.items())
         if not at_home or not self._homes.keys().isdisjoint(commanded):
-            self._angle = self._back = 0.0  # a command starts at the set-point, swing included: no jump
+            self._angle = 0.0  # a command starts at the set-point, swing included: no jump
         elif world.walking and not world.fallen and world.time - self._commanded >= FREE_AFTER:
             left, right = (world.joint(name)[0] for name in HIPS)
             wanted = min(max(SHARE * (left - right) / 2.0, -WIDEST), WIDEST)
-            self._ease(wanted, BACK)
+            self._angle += (wanted - self._angle) * (TICK / FOLLOWS)
         else:
-            self._ease(0.0, 0.0)
-        for name, back in zip(SHOULDERS, (-self._back, self._back), strict=True):
-            world.sway(name, self._angle + back)
-
-    def _ease(self, angle: float, back: float) -> None:
-        self._angle += (angle - self._angle) * (TICK / FOLLOWS)
-        self._back += (back - self._back) * (TICK / GOES_BACK)
+            self._angle -= self._angle * (TICK / FOLLOWS)
+        for name in SHOULDERS:
+            world.sway(name, self._angle)
