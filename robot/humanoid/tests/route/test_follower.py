@@ -1,4 +1,4 @@
-"""The motion along a path: forwards where there is room, and a turn on the spot where there is none."""
+"""The motion along a path: forwards if there is room, else a turn on the spot."""
 
 from __future__ import annotations
 
