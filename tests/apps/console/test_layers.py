@@ -106,15 +106,28 @@ def test_a_scan_of_too_many_rays_is_thinned() -> None:
     assert len(shape['spots']) // 3 <= MOST_POINTS
 
 
-def test_a_path_is_a_line_through_its_poses() -> None:
+def path_through(*places: float) -> Path:
     path = Path()
     path.header.frame_id = 'map'
-    for x in (0.0, 1.0, math.nan):
+    for x in places:
         pose = PoseStamped()
         pose.pose.position.x = x
         path.poses.append(pose)
-    [shape] = draw_path(path).shapes['map']
+    return path
+
+
+def test_a_path_is_a_line_through_its_poses() -> None:
+    [shape] = draw_path(path_through(0.0, 1.0, math.nan)).shapes['map']
     assert (shape['kind'], shape['spots']) == ('line', [0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    [empty] = draw_path(path_through()).shapes['map']
+    assert empty['spots'] == []
+
+
+def test_an_arrow_shows_where_a_path_leads_and_the_heading_there() -> None:
+    path = path_through(0.0, 1.0)
+    path.poses[-1].pose.orientation.z = path.poses[-1].pose.orientation.w = math.sqrt(0.5)
+    _, arrow = draw_path(path).shapes['map']
+    assert arrow['pose'] == pytest.approx([1.0, 0.0, 0.0, 0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)], abs=1e-5)
 
 
 def marker(number: int, kind: int = Marker.CUBE, *, frame: str = 'map', life: int = 0) -> Marker:

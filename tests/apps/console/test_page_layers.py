@@ -104,7 +104,9 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     assert spots('/map') == [['Mesh', -1.0, -2.0, 0.0]]
     assert spots('/scan') == [['Points', 1.0, 0.0, 0.0]]
     assert spots('/markers') == [['Mesh', 1.0, 0.0, 0.5], ['Mesh', 2.0, 0.0, 0.5]]
-    assert spots('/plan') == [['Mesh', 0.5, -1.0, 0.0]]
+    line, arrow = spots('/plan')
+    assert line == ['Mesh', 0.5, -1.0, 0.0]
+    assert arrow[1:] == pytest.approx([1.17, -1.0, 0.02], abs=0.01), 'from the last pose along its x axis'
     page.wait_for_selector('[data-layer-note="/map"]:has-text("20 x 20 cells")')
     page.wait_for_selector('[data-layer-note="/scan"]:has-text("1 point")')
 

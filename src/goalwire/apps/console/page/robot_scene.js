@@ -474,6 +474,7 @@ export default {
       this.rendered = began;
       this.layers.veil(this.camera.position, this.controls.target);
       this.renderer.render(this.scene, this.camera);
+      this.layers.frame_drawn();
       this.labels.render(this.scene, this.camera);
     },
   },

@@ -36,6 +36,7 @@ _PATH_COLOUR = [0.05, 0.6, 0.35, 1.0]
 _CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = 1, 2, 3, 4, 5
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 """Constants of visualization_msgs/msg/Marker: types and actions."""
+_ARROW_M = 0.35
 _SOLIDS = {_CUBE: 'box', _SPHERE: 'sphere', _CYLINDER: 'cylinder'}
 _LINES = {_LINE_STRIP: 'line', _LINE_LIST: 'segments'}
 
@@ -121,14 +122,19 @@ def draw_scan(message: Any) -> Drawing:
 
 
 def draw_path(message: Any) -> Drawing:
-    """Return a nav_msgs/msg/Path as a line, in the frame of the path as a whole."""
+    """Return a nav_msgs/msg/Path, in the frame of the whole path, as a line with an arrow at its last pose.
+
+    The arrow shows where the goal of any client leads: its request is known to that client alone.
+    """
     poses = message.poses[:MOST_POINTS]
     spots = _spots(each.pose.position for each in poses)
-    shape = {'kind': 'line', 'spots': spots, 'rgba': _PATH_COLOUR, 'width': 0.05}
+    shapes: list[Shape] = [{'kind': 'line', 'spots': spots, 'rgba': _PATH_COLOUR, 'width': 0.05}]
+    if message.poses:
+        shapes += arrow(pose_of(message.poses[-1].pose), _PATH_COLOUR)
     note = _count(len(message.poses), 'pose')
     if len(message.poses) > MOST_POINTS:
         note += f', the first {MOST_POINTS} are drawn'
-    return Drawing({_frame(message): [shape]}, note)
+    return Drawing({_frame(message): shapes}, note)
 
 
 # -- markers -------------------------------------------------------------------------------------------------
@@ -211,6 +217,20 @@ def pose_of(pose: Any) -> Rigid:
     """Return the transform of a geometry_msgs/msg/Pose; as in rviz, a zero quaternion means no rotation."""
     place, turn = pose.position, pose.orientation
     return Rigid((place.x, place.y, place.z), normalize((turn.x, turn.y, turn.z, turn.w)))
+
+
+def arrow(pose: Rigid, colour: list[float]) -> list[Shape]:
+    """Return an arrow along a pose's x axis, or an empty list if a number of the pose is not finite."""
+    numbers = [round(number, 5) for number in (*pose.translation, *pose.rotation)]
+    if not all(map(math.isfinite, numbers)):
+        return []
+    tip, barb, height = _ARROW_M, _ARROW_M - 0.1, 0.02
+    spots = [
+        *(0.0, 0.0, height, tip, 0.0, height),
+        *(tip, 0.0, height, barb, 0.07, height),
+        *(tip, 0.0, height, barb, -0.07, height),
+    ]
+    return [{'kind': 'segments', 'pose': numbers, 'spots': spots, 'rgba': colour, 'width': 0.025}]
 
 
 def place_frames(

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from goalwire.apps.console.state.layers import Drawing, Shape, pose_of
+from goalwire.apps.console.state.layers import Drawing, Shape, arrow, pose_of
 from goalwire.errors import RemoteError
 from goalwire.idl.pictures import pixels
 from goalwire.transforms.rigid import Rigid
@@ -31,7 +31,6 @@ _CAMERA_DEPTH = 0.4
 _CAMERA_COLOUR = [0.95, 0.6, 0.1, 1.0]
 _POSE_COLOUR = [0.55, 0.3, 0.85, 1.0]
 _ELLIPSE = [0.55, 0.3, 0.85, 0.8]
-_ARROW_M = 0.35
 _CORNERS = 48
 _SIGMAS = 2.0
 """The ellipse contains the position with 86 %: two standard deviations in the plane."""
@@ -161,10 +160,9 @@ def draw_pose(message: Any) -> Drawing:
     """
     has_covariance = hasattr(message.pose, 'covariance')
     pose = pose_of(message.pose.pose if has_covariance else message.pose)
-    numbers = [round(number, 5) for number in (*pose.translation, *pose.rotation)]
-    if not all(map(math.isfinite, numbers)):
+    shapes = arrow(pose, _POSE_COLOUR)
+    if not shapes:
         raise RemoteError('the pose has numbers that are not finite')
-    shapes: list[Shape] = [{'kind': 'segments', 'pose': numbers, **_ARROW}]
     note = ''
     if has_covariance:
         covariance = np.asarray(message.pose.covariance, np.float64).reshape(6, 6)
@@ -173,17 +171,6 @@ def draw_pose(message: Any) -> Drawing:
         turn = math.degrees(math.sqrt(max(float(covariance[5, 5]), 0.0)))
         note += f', ±{_SIGMAS * turn:.1f}°' if ellipse and math.isfinite(turn) else ''
     return Drawing({_frame(message): shapes}, note or 'a pose')
-
-
-_ARROW = {
-    'spots': [
-        *(0.0, 0.0, 0.02, _ARROW_M, 0.0, 0.02),
-        *(_ARROW_M, 0.0, 0.02, _ARROW_M - 0.1, 0.07, 0.02),
-        *(_ARROW_M, 0.0, 0.02, _ARROW_M - 0.1, -0.07, 0.02),
-    ],
-    'rgba': _POSE_COLOUR,
-    'width': 0.025,
-}
 
 
 def _ellipse(covariance: _Array, pose: Rigid) -> tuple[list[Shape], str]:

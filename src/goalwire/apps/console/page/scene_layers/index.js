@@ -92,15 +92,26 @@ function lines(shape, step) {
   return mesh;
 }
 
-function solid(shape) {
-  const mesh = new THREE.Mesh(
-    SOLIDS[shape.kind], new THREE.MeshStandardMaterial({ ...colour_of(shape.rgba), roughness: 0.8 }));
+function paints_of(rgba, paints) { // solids of one colour share their materials: there may be hundreds of markers
+  const key = rgba.join();
+  if (!paints.has(key)) {
+    const own = new THREE.MeshStandardMaterial({ ...colour_of(rgba), roughness: 0.8 }), veiled = own.clone();
+    veiled.opacity *= VEILED;
+    veiled.transparent = true;
+    veiled.depthWrite = false;
+    paints.set(key, { own, veiled });
+  }
+  return paints.get(key);
+}
+
+function solid(shape, paints) {
+  const its_paints = paints_of(shape.rgba, paints), mesh = new THREE.Mesh(SOLIDS[shape.kind], its_paints.own);
+  mesh.paints = its_paints;
   mesh.scale.set(...shape.size);
-  mesh.own_opacity = mesh.material.opacity;
   return mesh;
 }
 
-function object_of(shape, changed) {
+function object_of(shape, changed, paints) {
   let object;
   if (shape.kind === "map") object = map(shape, changed);
   else if (shape.kind === "points") object = points(shape);
@@ -108,7 +119,7 @@ function object_of(shape, changed) {
   else if (shape.kind === "picture") object = picture(shape);
   else if (shape.kind === "line") object = lines(shape, 3);
   else if (shape.kind === "segments") object = lines(shape, 6);
-  else object = solid(shape);
+  else object = solid(shape, paints);
   if (shape.pose) place(object, shape.pose);
   return object;
 }
@@ -142,6 +153,8 @@ function release(group) {
     if (!SHARED.has(each.geometry)) each.geometry?.dispose();
     each.material?.map?.dispose();
     each.material?.dispose();
+    each.paints?.own.dispose();
+    each.paints?.veiled.dispose();
     if (each.isInstancedMesh) each.dispose();
   });
 }
@@ -151,23 +164,31 @@ export class Layers {
     this.root = new THREE.Group();
     this.changed = changed;
     this.groups = new Map(); // by topic: by frame, a group
+    this.gone = new Map(); // by topic: the groups that were drawn last, until the next frame has been drawn
   }
   put(topic, frames) { // {frame: [shape]}, or null where the layer is off
-    for (const group of this.groups.get(topic)?.values() || []) {
-      this.root.remove(group);
-      release(group);
-    }
-    this.groups.delete(topic);
+    this.take_away(topic);
     if (!frames) return;
-    const groups = new Map();
+    const groups = new Map(), paints = new Map();
     for (const [frame, shapes] of Object.entries(frames)) {
       const group = new THREE.Group();
       group.visible = false; // until its place is known
-      for (const shape of shapes) group.add(object_of(shape, this.changed));
+      for (const shape of shapes) group.add(object_of(shape, this.changed, paints));
       groups.set(frame, group);
       this.root.add(group);
     }
     this.groups.set(topic, groups);
+  }
+  take_away(topic) {
+    const groups = [...(this.groups.get(topic)?.values() || [])];
+    this.groups.delete(topic);
+    for (const group of groups) this.root.remove(group);
+    if (this.gone.has(topic)) groups.forEach(release); // they have never been drawn: the page may be hidden
+    else this.gone.set(topic, groups);
+  }
+  frame_drawn() { // not earlier: the browser compiles a shader anew if the last material that uses it has gone
+    for (const groups of this.gone.values()) groups.forEach(release);
+    this.gone.clear();
   }
   place(topic, poses) { // {frame: [x, y, z, qx, qy, qz, qw]}, or null for a frame that nothing joins
     for (const [frame, pose] of Object.entries(poses)) {
@@ -180,11 +201,8 @@ export class Layers {
   veil(eye, spot) { // lets one see through what stands between the eye and a spot, as a wall before the robot
     for (const group of [...this.groups.values()].flatMap((groups) => [...groups.values()])) {
       for (const solid of group.children) {
-        if (solid.own_opacity === undefined) continue;
-        const share = stands_between(solid, eye, spot) ? VEILED : 1;
-        solid.material.opacity = solid.own_opacity * share;
-        solid.material.transparent = solid.material.opacity < 1;
-        solid.material.depthWrite = share === 1;
+        if (!solid.paints) continue;
+        solid.material = stands_between(solid, eye, spot) ? solid.paints.veiled : solid.paints.own;
       }
     }
   }
