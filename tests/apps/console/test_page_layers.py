@@ -33,6 +33,20 @@ OPACITIES = """([eye, spot]) => {
   return [...layers.groups.get('/markers').values()].flatMap(
     (group) => group.children.map((solid) => solid.material.opacity));
 }"""
+# Whether a cloud that comes anew, and is drawn each time, is drawn with the same shaders.
+KEEPS_SHADERS = """() => {
+  const scene = goalwireScene, cloud = { kind: 'cloud', spots: 'A'.repeat(16), colours: 'AAAA' };
+  const shaders = [1, 2, 3].map(() => {
+    scene.layers.put('/again', { map: [cloud] });
+    scene.layers.place('/again', { map: [0, 0, 0, 0, 0, 0, 1] });
+    scene.renderer.render(scene.scene, scene.camera);
+    scene.layers.frame_drawn();
+    return scene.renderer.info.programs.map((each) => each.id).join();
+  });
+  scene.layers.put('/again', null);
+  scene.wake();
+  return new Set(shaders).size === 1;
+}"""
 LOAD = """async url => {
   const { mesh_of } = await import('goalwire-scene-layers');
   window.loaded = mesh_of({ kind: 'mesh', url, size: [1, 1, 1], rgba: [1, 1, 1, 1] }, () => undefined);
@@ -109,6 +123,10 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     assert arrow[1:] == pytest.approx([1.17, -1.0, 0.02], abs=0.01), 'from the last pose along its x axis'
     page.wait_for_selector('[data-layer-note="/map"]:has-text("20 x 20 cells")')
     page.wait_for_selector('[data-layer-note="/scan"]:has-text("1 point")')
+
+    # Layers come anew many times a second, and to compile a shader takes many milliseconds.
+    assert page.evaluate(KEEPS_SHADERS)
+    until(page, '() => goalwireScene.layers.gone.size === 0')
 
     # A cloud is large, so it is off until somebody wants it.
     assert spots('/points') == []

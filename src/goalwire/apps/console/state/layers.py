@@ -124,7 +124,7 @@ def draw_scan(message: Any) -> Drawing:
 def draw_path(message: Any) -> Drawing:
     """Return a nav_msgs/msg/Path, in the frame of the whole path, as a line with an arrow at its last pose.
 
-    The arrow shows where the goal of any client leads: its request is known to that client alone.
+    The arrow shows where the goal of any client leads, though only that client knows its request.
     """
     poses = message.poses[:MOST_POINTS]
     spots = _spots(each.pose.position for each in poses)
