@@ -15,6 +15,7 @@ from goalwire.apps.console.state.robot_model import as_scene, likely_prefix, rea
 from goalwire.apps.console.state.robot_state import RobotState
 from goalwire.apps.console.state.robot_watch import (
     RobotWatch,
+    find_place,
     namespaces,
     navigation_target,
     place_values,
@@ -24,6 +25,7 @@ from goalwire.transforms.rigid import IDENTITY, Rigid
 
 URDF = (DATA / 'robot.urdf').read_text(encoding='utf-8')
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+LEFT = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))  # by 90°
 
 
 def test_links_and_shapes_are_read() -> None:
@@ -199,3 +201,23 @@ def test_goals_with_a_place_can_be_navigated_to(monkeypatch: pytest.MonkeyPatch)
     values = place_values(pose, {}, 'map', 1.0, 2.0, math.pi)
     assert values['start']['header'] == {'stamp': 'now', 'frame_id': 'map'}
     assert values['start']['pose']['orientation']['z'] == pytest.approx(1.0)
+
+
+def test_a_goal_in_another_frame_is_marked_where_that_frame_puts_it() -> None:
+    target = navigation_target('/go', 'x', form_of('nav_msgs/srv/GetPlan_Request'))
+    assert target is not None
+    frames = {
+        'odom': ('map', Rigid((1.0, 0.0, 0.0), UPRIGHT)),
+        'base': ('odom', Rigid((0.0, 2.0, 0.5), LEFT)),
+    }
+
+    def find(frame: str) -> Any:
+        return find_place(target, place_values(target, {}, frame, 3.0, 0.0, 0.5), 'map', frames)
+
+    assert find('base') == pytest.approx((1.0, 5.0, math.pi / 2 + 0.5))
+    assert find('/odom') == pytest.approx((4.0, 0.0, 0.5))
+    assert find('map') == find('') == pytest.approx((3.0, 0.0, 0.5))
+    assert find('elsewhere') is None
+    no_turn = place_values(target, {}, 'base', 3.0, 0.0, 0.0)
+    no_turn['start']['pose']['orientation'] = dict.fromkeys('xyzw', 0.0)
+    assert find_place(target, no_turn, 'map', frames) == pytest.approx((1.0, 5.0, math.pi / 2))

@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from goalwire.apps.console.page.send_form import SendForm
-from goalwire.apps.console.state.robot_watch import NavigationTarget, navigation_target, place_values
+from goalwire.apps.console.state.robot_watch import (
+    NavigationTarget,
+    find_place,
+    navigation_target,
+    place_values,
+)
 from goalwire.errors import GoalwireError, UnknownInterfaceError
-from goalwire.transforms.rigid import yaw_of
 
 if TYPE_CHECKING:
     from goalwire.apps.console.page.view import View
@@ -35,6 +39,8 @@ class FloorGoals:
         self._whom = ''
         self._targets: dict[str, NavigationTarget] = {}
         self._place: tuple[float, float, float] | None = None
+        self._marked: dict[str, tuple[float, float, float] | None] = {}
+        """The place of each running goal when it was first seen: since then its frame may have moved."""
         self._offered: SendForm | None = None
         """The form of the goal that the user is asked about; None if the user is not asked."""
         self._way = ui.select({}, label='A click on the floor sends')
@@ -64,12 +70,17 @@ class FloorGoals:
         self._way.set_visibility(bool(found))
         return f'Click on the floor to send {whom} there' if found else ''
 
-    def marks(self) -> list[dict[str, Any]]:
+    def marks(self, watch: RobotWatch) -> list[dict[str, Any]]:
         """Return the marks of running goals, and of the place that the visitor is asked about."""
+        shown, _ = watch.pose()
+        before, self._marked = self._marked, {}
         marks = []
         for goal in self._page.rights.of_seen_actions(self._page.session.goals.active()):
             way = self._targets.get(goal.action)
-            place = None if way is None or goal.request is None else _place_in(goal.request, way)
+            if way is None or goal.request is None:
+                continue
+            place = before.get(goal.goal_id) or find_place(way, goal.request, shown, watch.frames)
+            self._marked[goal.goal_id] = place
             if place is not None:
                 marks.append(_mark_of(goal, place))
         if self._place is not None:
@@ -150,12 +161,3 @@ def _mark_of(goal: Goal, place: tuple[float, float, float]) -> dict[str, Any]:
     progress = '' if goal.progress is None else f' {goal.progress * 100:.0f} %'
     x, y, yaw = place
     return {'id': goal.goal_id, 'x': x, 'y': y, 'yaw': yaw, 'text': f'{goal.status.lower()}{progress}'}
-
-
-def _place_in(request: Any, way: NavigationTarget) -> tuple[float, float, float] | None:
-    if not way.path:
-        return float(request['x']), float(request['y']), 0.0
-    pose = request[way.path[0]]['pose']
-    turn = pose['orientation']
-    yaw = yaw_of((float(turn['x']), float(turn['y']), float(turn['z']), float(turn['w'])))
-    return float(pose['position']['x']), float(pose['position']['y']), yaw

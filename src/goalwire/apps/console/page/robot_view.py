@@ -173,7 +173,7 @@ class RobotView(View):
         x, y, z = base.translation
         yaw = yaw_of(base.rotation)
         links = watch.link_poses()
-        marks = self._floor_goals.marks()
+        marks = self._floor_goals.marks(watch)
         self._frames.refresh(watch)
         state = (links, marks, len(watch.trail))
         if state != self._sent:

@@ -9,11 +9,13 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
+from goalwire.apps.console.state.robot_model import root_pose
 from goalwire.apps.console.state.robot_state import RobotState
 from goalwire.errors import peer_text
 from goalwire.observe.parameters import NodeParameters
 from goalwire.records import record
 from goalwire.rules.parameters.parameter import Type
+from goalwire.transforms.rigid import IDENTITY, NO_ROTATION, Quaternion, Rigid, multiply, yaw_of
 
 if TYPE_CHECKING:
     from goalwire.apps.console.state.form_model import FormField
@@ -163,6 +165,26 @@ def place_values(
         },
     }
     return filled
+
+
+def find_place(
+    target: NavigationTarget, request: Mapping[str, Any], shown: str, frames: Mapping[str, tuple[str, Rigid]]
+) -> tuple[float, float, float] | None:
+    """Return x, y and yaw of a goal's place in the frame `shown`; None if nothing joins its frame to that.
+
+    A place without a frame counts as given in `shown`. `frames` has each frame's parent, and its pose there.
+    """
+    if not target.path:
+        return float(request['x']), float(request['y']), 0.0
+    stamped = request[target.path[0]]
+    frame = str(stamped['header']['frame_id']).lstrip('/')
+    top, of_frame = root_pose(frame, frames) if frame else (shown, IDENTITY)
+    if top != shown:
+        return None
+    position, turn = stamped['pose']['position'], stamped['pose']['orientation']
+    place = of_frame.apply((float(position['x']), float(position['y']), 0.0))
+    given: Quaternion = (float(turn['x']), float(turn['y']), float(turn['z']), float(turn['w']))
+    return place[0], place[1], yaw_of(multiply(of_frame.rotation, given if any(given) else NO_ROTATION))
 
 
 async def _frame_prefix(node: goalwire.Node, owner: str) -> str | None:
