@@ -4,24 +4,36 @@ import { CSS2DObject, THREE } from "nicegui-scene";
 const LENGTH = 0.22, WIDTH = 0.012; // m
 const COLOURS = [0xef4444, 0x22c55e, 0x3b82f6];
 
-function arms() {
-  return COLOURS.map((color, axis) => {
-    const size = [WIDTH, WIDTH, WIDTH], middle = [0, 0, 0];
+function three_arms() { // in one geometry
+  const spots = [], colours = [];
+  COLOURS.forEach((hex, axis) => {
+    const size = [WIDTH, WIDTH, WIDTH], middle = [0, 0, 0], colour = new THREE.Color(hex).toArray();
     [size[axis], middle[axis]] = [LENGTH, LENGTH / 2];
-    const geometry = new THREE.BoxGeometry(...size).translate(...middle);
-    // It is drawn last, and over everything: the frame of a joint lies within the robot's shell.
-    const material = new THREE.MeshBasicMaterial({ color, depthTest: false, transparent: true, fog: false });
-    const arm = new THREE.Mesh(geometry, material);
-    arm.renderOrder = 5;
-    return arm;
+    const box = new THREE.BoxGeometry(...size).translate(...middle).toNonIndexed().getAttribute("position");
+    spots.push(...box.array);
+    for (let corner = 0; corner < box.count; corner++) colours.push(...colour);
   });
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(spots, 3));
+  return geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours, 3));
 }
 
 export class Axes {
   constructor() {
     this.root = new THREE.Group();
     this.frames = new Map(); // by name
-    this.arms = arms(); // all frames share their geometry
+    this.geometry = three_arms();
+    // They are drawn last, and over everything: the frame of a joint lies within the robot's shell.
+    this.material = new THREE.MeshBasicMaterial({ vertexColors: true, depthTest: false, transparent: true, fog: false });
+    this.make_room(64);
+  }
+  make_room(count) { // for the arms of so many frames, which are drawn at once
+    this.arms?.dispose();
+    if (this.arms) this.root.remove(this.arms);
+    this.arms = new THREE.InstancedMesh(this.geometry, this.material, count);
+    this.arms.frustumCulled = false;
+    this.arms.renderOrder = 5;
+    this.root.add(this.arms);
   }
   put(poses, names) { // {name: [x, y, z, qx, qy, qz, qw]}, and whether names are shown
     for (const [name, frame] of this.frames) {
@@ -45,6 +57,18 @@ export class Axes {
       frame.group.quaternion.copy(frame.turn);
       frame.fresh = false;
     }
+    if (this.frames.size > this.arms.instanceMatrix.count) this.make_room(2 * this.frames.size);
+    this.lay_arms();
+  }
+  lay_arms() {
+    let count = 0;
+    for (const { group } of this.frames.values()) {
+      group.updateMatrix();
+      this.arms.setMatrixAt(count++, group.matrix);
+    }
+    this.arms.count = count;
+    this.arms.visible = count > 0;
+    this.arms.instanceMatrix.needsUpdate = true;
   }
   frame(name) {
     if (!this.frames.has(name)) {
@@ -53,7 +77,7 @@ export class Axes {
       element.textContent = name;
       const label = new CSS2DObject(element);
       const group = new THREE.Group();
-      group.add(...this.arms.map((arm) => arm.clone()), label);
+      group.add(label);
       this.root.add(group);
       this.frames.set(name, { group, label, position: new THREE.Vector3(), turn: new THREE.Quaternion(), fresh: true });
     }
@@ -66,6 +90,7 @@ export class Axes {
       frame.group.position.lerp(frame.position, share);
       frame.group.quaternion.slerp(frame.turn, share);
     }
+    this.lay_arms();
     return left;
   }
   spots() { // for tests: where each frame is in the scene
