@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -26,12 +27,15 @@ COLOURS = """spots => {
     return [...pixel.slice(0, 3)];
   });
 }"""
-# The opacities of the markers, a cube and a cylinder, for an eye that looks at a spot.
+# The opacities of the markers, a cube and a cylinder, as they are drawn for an eye that looks at a spot.
 OPACITIES = """([eye, spot]) => {
   const point = goalwireScene.controls.target, layers = goalwireScene.layers;
   layers.veil(point.clone().set(...eye), point.clone().set(...spot));
   return [...layers.groups.get('/markers').values()].flatMap(
-    (group) => group.children.map((solid) => solid.material.opacity));
+    (group) => group.children.map(({ open, veils }) => {
+      const drawn = [open, ...veils.values()].filter((each) => each.visible);
+      return drawn.length === 1 && drawn[0].material.opacity;
+    }));
 }"""
 # Whether a cloud that comes anew, and is drawn each time, is drawn with the same shaders.
 KEEPS_SHADERS = """() => {
@@ -59,6 +63,32 @@ TRIANGLES = """() => {
     found.push([...position.array.slice(3 * at, 3 * at + 9), ...normal.array.slice(3 * at, 3 * at + 3)]);
   return found;
 }"""
+# The points of a cloud, and the triangles and heights of 100 markers and of a mesh: in full and coarsely.
+COARSELY = """async (url) => {
+  const { Layers, draw_coarsely, mesh_of } = await import('goalwire-scene-layers');
+  const layers = new Layers(), bytes = (count) => btoa(String.fromCharCode(...new Uint8Array(count)));
+  const spheres = [...Array(100).keys()].map((at) => (
+    { kind: 'sphere', rgba: [1, 0, 0, 1], size: [0.1, 0.1, 0.1], pose: [at, 0, 0, 0, 0, 0, 1] }));
+  const cloud = { kind: 'cloud', spots: bytes(12 * 1001), colours: bytes(3 * 1001) };
+  layers.put('/some', { map: [cloud, ...spheres] });
+  await new Promise((done) => {
+    const mesh = mesh_of({ kind: 'mesh', url, size: [1, 1, 1], rgba: [1, 1, 1, 1] }, done);
+    layers.root.add(mesh);
+  });
+  return [false, true, false].map((coarsely) => {
+    draw_coarsely(layers.root, coarsely);
+    const found = [];
+    layers.root.traverse((each) => {
+      if (!each.geometry) return;
+      const { index, attributes } = each.geometry, corners = index ? index.count : attributes.position.count;
+      each.geometry.computeBoundingBox();
+      const { min, max } = each.geometry.boundingBox;
+      const triangles = corners / 3 * (each.isInstancedMesh ? each.count : 1);
+      found.push(each.isPoints ? [corners, 0] : [triangles, max.z - min.z]);
+    });
+    return found;
+  });
+}"""
 # The level of detail after frames that came so many ms late, one each 100 ms.
 DETAIL = """async groups => {
   const { Detail } = await import('goalwire-scene-layers');
@@ -79,6 +109,21 @@ f 1/1 2//7 -2 \\
   -1/4
 """
 NORMAL_GIVEN = 'v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nvn 0 1 0\r\nf 1//1 2//1 3//1\r\n'
+
+
+def ball() -> str:
+    """A ball of 1 m as an OBJ, with 20 rings of 40 squares each."""
+    lines = []
+    for down in range(21):
+        for around in range(40):
+            height, turn = math.pi * down / 20, math.tau * around / 40
+            x, y = math.sin(height) * math.cos(turn) / 2, math.sin(height) * math.sin(turn) / 2
+            lines.append(f'v {x:.5f} {y:.5f} {math.cos(height) / 2:.5f}')
+    for ring in range(20):
+        for at in range(40):
+            above, beside = 40 * ring + 1, (at + 1) % 40
+            lines.append(f'f {above + at} {above + 40 + at} {above + 40 + beside} {above + beside}')
+    return '\n'.join(lines)
 
 
 def load(page: Any, url: str) -> Any:
@@ -151,6 +196,15 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
         [0, 0, 0, 1, 1, 0, 0, 1, 0, *flat],
     ]
     assert load(page, '/given.obj') == [[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 0]]
+
+    # A slow computer draws a quarter of a cloud's points, and meshes and balls with a few triangles.
+    page.route('**/ball.obj', lambda route: route.fulfill(body=ball()))
+    full, coarse, full_again = page.evaluate(COARSELY, '/ball.obj')
+    assert full == full_again
+    assert [number for number, _ in full] == [1001, 100 * 352, 1600]
+    assert [number for number, _ in coarse[:2]] == [251, 100 * 80]
+    assert 200 < coarse[2][0] < 900
+    assert coarse[2][1] == pytest.approx(1.0, abs=0.1)
 
     # Eight late frames take a step of detail away. It comes back after ten seconds, and after twenty if the
     # computer was too slow for it again. Seven late frames, and then some in time, take nothing away.

@@ -1,6 +1,6 @@
 // A robot in 3D: shapes on links, whose poses the server sends; the browser moves smoothly between them.
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
-import { Axes, Detail, FloorTools, Layers, mesh_of } from "goalwire-scene-layers";
+import { Axes, Detail, FloorTools, Layers, draw_coarsely, mesh_of } from "goalwire-scene-layers";
 
 const THEMES = {
   light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
@@ -22,6 +22,16 @@ function grid_of(step, colour) {
   return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
 }
 
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // names of renderers that are programs
+
+function is_drawn_in_software() { // then smooth edges would cost half of the time
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const names = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+  gl?.getExtension("WEBGL_lose_context")?.loseContext(); // a page may have few of them
+  return SOFTWARE.test(name || "");
+}
+
 export default {
   template: `<div class="gw-scene"><canvas></canvas><div class="gw-scene-labels"></div>
     <div class="gw-scene-none" style="display:none">This browser shows no 3D (WebGL is off).</div></div>`,
@@ -38,7 +48,7 @@ export default {
     const canvas = this.$el.querySelector("canvas");
     this.calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then all is where the latest message says
     try {
-      this.renderer = new THREE.WebGLRenderer({ antialias: !this.calm, canvas, preserveDrawingBuffer: true });
+      this.renderer = new THREE.WebGLRenderer({ antialias: !this.calm && !is_drawn_in_software(), canvas, preserveDrawingBuffer: true });
     } catch {
       this.$el.querySelector(".gw-scene-none").style.display = "flex";
       return;
@@ -236,7 +246,10 @@ export default {
       robot.links.clear();
       if (other === null) this.placed = this.begin.length > 0;
       for (const shape of shapes) {
-        const mesh = mesh_of(shape, () => this.wake());
+        const mesh = mesh_of(shape, () => {
+          draw_coarsely(mesh, this.layers.coarsely);
+          this.wake();
+        });
         const link = this.link(shape.link, robot);
         mesh.position.set(...shape.xyz);
         mesh.quaternion.set(...shape.quat);
@@ -421,8 +434,10 @@ export default {
       clearTimeout(this.rest);
       const late = now - Math.max(this.rendered + 1000 / this.frames, this.asked); // than it could be at the earliest
       if (this.detail.note(late < 1000 ? late : 0, now)) { // a page that is hidden draws nothing
-        const { shadows, scale } = this.detail.wanted;
+        const { shadows, coarsely, scale } = this.detail.wanted;
         this.sun.castShadow = shadows;
+        this.layers.coarsely = coarsely;
+        draw_coarsely(this.world.group, coarsely);
         this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * scale);
         this.resize();
       }

@@ -1,6 +1,8 @@
 // How much detail the scene draws: less if frames come late, and more again once the computer has time for it.
 const LEVELS = [
-  { shadows: true, scale: 1 }, { shadows: false, scale: 1 }, { shadows: false, scale: 0.75 }, { shadows: false, scale: 0.5 },
+  { shadows: true, coarsely: false, scale: 1 }, { shadows: false, coarsely: false, scale: 1 },
+  { shadows: false, coarsely: true, scale: 1 }, { shadows: false, coarsely: true, scale: 0.75 },
+  { shadows: false, coarsely: true, scale: 0.5 },
 ];
 const LATE = 40; // ms: a frame that comes so late shows that this computer is slow
 const MANY = 8; // late frames, after which a level is given up; four frames on time make up for one

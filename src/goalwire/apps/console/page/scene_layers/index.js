@@ -1,8 +1,11 @@
 // Layers of the 3D scene: maps, points, lines and solids, in groups that stand for the frames they are given in.
 import { THREE } from "nicegui-scene";
+import { draw_coarsely, some_points } from "./coarse.js";
+import { SHARED, colour_of, is_solid, solids_of, Solids } from "./solids.js";
 export { Axes } from "./axes.js";
 export { Detail } from "./detail.js";
 export { FloorTools } from "./floor_tools.js";
+export { draw_coarsely } from "./coarse.js";
 export { mesh_of } from "./shapes.js";
 
 const MAP_HEIGHT = -0.002; // m: above the scene's floor, below all that lies on the map's own plane
@@ -11,16 +14,6 @@ const POINT_PIXELS = 4;
 const CLOUD_PIXELS = 2.5;
 const LINEAR = Uint8Array.from({ length: 256 }, (_, byte) =>
   Math.round(255 * new THREE.Color().setRGB(byte / 255, 0, 0, THREE.SRGBColorSpace).r));
-const SOLIDS = { // shared by all solids: markers may come anew ten times a second
-  box: new THREE.BoxGeometry(1, 1, 1),
-  sphere: new THREE.SphereGeometry(0.5, 16, 12),
-  cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 28).rotateX(Math.PI / 2), // a marker's stands along z
-};
-const SHARED = new Set(Object.values(SOLIDS));
-
-function colour_of([r, g, b, a]) {
-  return { color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), transparent: a < 1, opacity: a };
-}
 
 function map(shape, changed) {
   const [width, height] = shape.size;
@@ -56,7 +49,8 @@ function cloud(shape) { // in base64: a list of 150,000 numbers as text would ho
   for (let at = 0; at < colours.length; at++) colours[at] = LINEAR[colours[at]];
   geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3, true));
   const size = CLOUD_PIXELS * Math.min(window.devicePixelRatio || 1, 2);
-  return new THREE.Points(geometry, new THREE.PointsMaterial({ vertexColors: true, size, sizeAttenuation: false }));
+  const material = new THREE.PointsMaterial({ vertexColors: true, size, sizeAttenuation: false });
+  return Object.assign(new THREE.Points(geometry, material), { coarse_copy: some_points });
 }
 
 function picture(shape) { // its pixels come as bytes: a picture in a file would be drawn white until it was read
@@ -92,55 +86,16 @@ function lines(shape, step) {
   return mesh;
 }
 
-function paints_of(rgba, paints) { // solids of one colour share their materials: there may be hundreds of markers
-  const key = rgba.join();
-  if (!paints.has(key)) {
-    const own = new THREE.MeshStandardMaterial({ ...colour_of(rgba), roughness: 0.8 }), veiled = own.clone();
-    veiled.opacity *= VEILED;
-    veiled.transparent = true;
-    veiled.depthWrite = false;
-    paints.set(key, { own, veiled });
-  }
-  return paints.get(key);
-}
-
-function solid(shape, paints) {
-  const its_paints = paints_of(shape.rgba, paints), mesh = new THREE.Mesh(SOLIDS[shape.kind], its_paints.own);
-  mesh.paints = its_paints;
-  mesh.scale.set(...shape.size);
-  return mesh;
-}
-
-function object_of(shape, changed, paints) {
+function object_of(shape, changed) {
   let object;
   if (shape.kind === "map") object = map(shape, changed);
   else if (shape.kind === "points") object = points(shape);
   else if (shape.kind === "cloud") object = cloud(shape);
   else if (shape.kind === "picture") object = picture(shape);
   else if (shape.kind === "line") object = lines(shape, 3);
-  else if (shape.kind === "segments") object = lines(shape, 6);
-  else object = solid(shape, paints);
+  else object = lines(shape, 6); // segments
   if (shape.pose) place(object, shape.pose);
   return object;
-}
-
-const HALF = 0.52; // of a solid, which is a box, sphere or cylinder of 1 m before it is scaled; and a little around it
-const VEILED = 0.15; // of a solid's own opacity
-
-function stands_between(solid, eye, spot) { // whether the way from the eye to a spot leads through the solid's box
-  solid.updateWorldMatrix(true, false); // it may be new, and not drawn yet
-  const from = solid.worldToLocal(eye.clone()), way = solid.worldToLocal(spot.clone()).sub(from);
-  let enters = 0, leaves = 1;
-  for (const axis of ["x", "y", "z"]) {
-    if (Math.abs(way[axis]) < 1e-9) {
-      if (Math.abs(from[axis]) > HALF) return false;
-      continue;
-    }
-    const ends = [(-HALF - from[axis]) / way[axis], (HALF - from[axis]) / way[axis]];
-    enters = Math.max(enters, Math.min(...ends));
-    leaves = Math.min(leaves, Math.max(...ends));
-  }
-  return enters < leaves;
 }
 
 function place(object, [x, y, z, qx, qy, qz, qw]) {
@@ -150,11 +105,9 @@ function place(object, [x, y, z, qx, qy, qz, qw]) {
 
 function release(group) {
   group.traverse((each) => {
-    if (!SHARED.has(each.geometry)) each.geometry?.dispose();
+    for (const copy of each.copies || [each.geometry]) if (!SHARED.has(copy)) copy?.dispose();
     each.material?.map?.dispose();
     each.material?.dispose();
-    each.paints?.own.dispose();
-    each.paints?.veiled.dispose();
     if (each.isInstancedMesh) each.dispose();
   });
 }
@@ -163,17 +116,20 @@ export class Layers {
   constructor(changed) {
     this.root = new THREE.Group();
     this.changed = changed;
+    this.coarsely = false;
     this.groups = new Map(); // by topic: by frame, a group
     this.gone = new Map(); // by topic: the groups that were drawn last, until the next frame has been drawn
   }
   put(topic, frames) { // {frame: [shape]}, or null where the layer is off
     this.take_away(topic);
     if (!frames) return;
-    const groups = new Map(), paints = new Map();
+    const groups = new Map();
     for (const [frame, shapes] of Object.entries(frames)) {
       const group = new THREE.Group();
       group.visible = false; // until its place is known
-      for (const shape of shapes) group.add(object_of(shape, this.changed, paints));
+      for (const shape of shapes.filter((each) => !is_solid(each))) group.add(object_of(shape, this.changed));
+      for (const solids of solids_of(shapes.filter(is_solid))) group.add(solids);
+      draw_coarsely(group, this.coarsely);
       groups.set(frame, group);
       this.root.add(group);
     }
@@ -198,12 +154,9 @@ export class Layers {
       if (pose) place(group, pose);
     }
   }
-  veil(eye, spot) { // lets one see through what stands between the eye and a spot, as a wall before the robot
+  veil(eye, spot) {
     for (const group of [...this.groups.values()].flatMap((groups) => [...groups.values()])) {
-      for (const solid of group.children) {
-        if (!solid.paints) continue;
-        solid.material = stands_between(solid, eye, spot) ? solid.paints.veiled : solid.paints.own;
-      }
+      for (const object of group.children) if (object instanceof Solids) object.veil(eye, spot);
     }
   }
   spots(topic) { // for tests: the kind of each object that is shown, and its place in the scene
@@ -213,6 +166,10 @@ export class Layers {
       group.updateWorldMatrix(true, true);
       for (const object of group.children) {
         const at = new THREE.Vector3();
+        if (object instanceof Solids) {
+          found.push(...object.spots().map((spot) => ["Mesh", ...spot.toArray()]));
+          continue;
+        }
         if (object.isInstancedMesh) {
           const matrix = new THREE.Matrix4();
           object.getMatrixAt(0, matrix);

@@ -1,5 +1,6 @@
 // Shapes of a robot's links: boxes, spheres, cylinders, and meshes from files.
 import { THREE } from "nicegui-scene";
+import { few_triangles } from "./coarse.js";
 import { load_mesh } from "./meshes.js";
 
 // `changed` is called when a mesh has come from its file.
@@ -22,7 +23,10 @@ export function mesh_of(shape, changed) {
     object = new THREE.Group();
     object.scale.set(...shape.size);
     load_mesh(shape.url, material, (mesh) => {
-      mesh.traverse((each) => (each.castShadow = true));
+      mesh.traverse((each) => {
+        each.castShadow = true;
+        if (each.isMesh && !each.material.map) each.coarse_copy = few_triangles;
+      });
       object.add(mesh);
       changed();
     });
