@@ -11,7 +11,7 @@ from humanoid.physics.world import TICK, World
 from humanoid.walking.names import FELL
 from humanoid.walking.seam import Wish
 
-ACCELERATION = 0.5  # m/s²
+ACCELERATION, BRAKES = 0.5, 1.0  # m/s²
 TURN_ACCELERATION = 2.0  # rad/s²
 SIDEWAYS = 0.2  # m/s
 BACKWARDS = 0.3  # m/s
@@ -73,10 +73,15 @@ class PhysicsBase:
         self._target, self._asked = None, velocity
 
     def limit(self, velocity: Velocity2D) -> Velocity2D:
-        """Return the velocity that the legs can walk if `velocity` is asked for."""
-        forward, left = _walkable(velocity.x, velocity.y, self._spec.max_speed)
-        most = self._spec.max_turn_rate
-        return Velocity2D(forward, left, min(max(velocity.yaw, -most), most))
+        """Return the velocity that the legs can walk if `velocity` is asked for: slower, on the same arc.
+
+        An arc that is walked wider than asked would lead into the post of a door.
+        """
+        share = min(
+            _walkable_share(velocity.x, velocity.y, self._spec.max_speed),
+            self._spec.max_turn_rate / max(abs(velocity.yaw), 1e-12),
+        )
+        return Velocity2D(velocity.x * share, velocity.y * share, velocity.yaw * share)
 
     def stop(self) -> None:
         """Slow down and stand."""
@@ -94,11 +99,10 @@ class PhysicsBase:
 
     def _control(self, _time: float) -> None:
         wished, now = self._wished(), self._now
-        most = ACCELERATION * TICK
         self._now = Velocity2D(
-            _towards(now.x, wished.x, most),
-            _towards(now.y, wished.y, most),
-            _towards(now.yaw, wished.yaw, TURN_ACCELERATION * TICK),
+            _towards(now.x, wished.x, ACCELERATION, BRAKES),
+            _towards(now.y, wished.y, ACCELERATION, BRAKES),
+            _towards(now.yaw, wished.yaw, TURN_ACCELERATION, TURN_ACCELERATION),
         )
         self._world.wish(Wish(self._now, self._target))
 
@@ -115,13 +119,14 @@ class PhysicsBase:
         speed = _braking(distance, ACCELERATION, spec.max_speed)
         if self._facing:
             speed *= max(math.cos(off), 0.0) ** 2
-        forward, left = _walkable(
-            speed * math.cos(way - pose.yaw), speed * math.sin(way - pose.yaw), spec.max_speed
-        )
-        return Velocity2D(forward, left, turn)
+        forward, left = speed * math.cos(way - pose.yaw), speed * math.sin(way - pose.yaw)
+        share = _walkable_share(forward, left, spec.max_speed)
+        return Velocity2D(forward * share, left * share, turn)
 
 
-def _towards(now: float, wished: float, most: float) -> float:
+def _towards(now: float, wished: float, speeds_up: float, slows_down: float) -> float:
+    """Return the speed after a tick, which changes by so much in a second at most."""
+    most = (slows_down if abs(wished) < abs(now) else speeds_up) * TICK
     return now + min(max(wished - now, -most), most)
 
 
@@ -130,12 +135,11 @@ def _braking(way: float, slows_down: float, fastest: float) -> float:
     return min(fastest, math.sqrt(1.2 * slows_down * way))
 
 
-def _walkable(forward: float, left: float, fastest: float) -> tuple[float, float]:
-    """Return the velocity, scaled down to what the legs can walk."""
-    share = min(
+def _walkable_share(forward: float, left: float, fastest: float) -> float:
+    """Return the share of a velocity that the legs can walk."""
+    return min(
         1.0,
         fastest / max(math.hypot(forward, left), 1e-12),
         SIDEWAYS / max(abs(left), 1e-12),
         BACKWARDS / max(-forward, 1e-12),
     )
-    return forward * share, left * share

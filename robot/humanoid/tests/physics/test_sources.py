@@ -159,8 +159,16 @@ def test_a_velocity_is_kept_as_far_as_legs_can(
 def test_it_says_before_it_walks_how_fast_its_legs_can(body: World) -> None:
     base = PhysicsBase(body)
     assert base.limit(Velocity2D(0.8)) == Velocity2D(WALKS.max_speed)
-    assert base.limit(Velocity2D(-0.8, 0.0, -9.0)) == Velocity2D(-BACKWARDS, 0.0, -WALKS.max_turn_rate)
+    assert base.limit(Velocity2D(-0.8)) == Velocity2D(-BACKWARDS)
+    assert base.limit(Velocity2D(yaw=-9.0)) == Velocity2D(yaw=-WALKS.max_turn_rate)
     assert base.limit(Velocity2D(0.3, -0.1, 0.2)) == Velocity2D(0.3, -0.1, 0.2)
+
+
+def test_legs_that_cannot_turn_so_fast_walk_the_same_arc_more_slowly(body: World) -> None:
+    asked = Velocity2D(0.4, 0.1, 2.0 * WALKS.max_turn_rate)
+    walked = PhysicsBase(body).limit(asked)
+    assert walked.yaw == pytest.approx(WALKS.max_turn_rate)
+    assert (walked.x, walked.y) == pytest.approx((asked.x / 2.0, asked.y / 2.0))
 
 
 def test_a_command_for_a_leg_is_refused_with_the_reason(joints: PhysicsJoints) -> None:
