@@ -45,7 +45,7 @@ DOMAIN = '96'
 GOAL_WITHIN = 300.0  # s
 READY_WITHIN = 120.0  # s
 DOOR_MOVES = 0.3  # share of the goals before which a door is moved
-ROOM = BASE.radius + 0.08  # m that the map has around a goal
+ROOM = BASE.radius + 0.12  # m that the map has around a goal
 REMEMBERED = 500  # truths, each with the stamp of its odometry
 
 

@@ -14,8 +14,8 @@ from humanoid.clock import seconds
 from humanoid.model import BASE, DESCRIPTION
 from humanoid.navigation.base import STANDING, Pose2D, Velocity2D
 
-MARGIN = 0.03  # m between the robot's outline and obstacles at least
-AHEAD = (0.1, 0.2, 0.3, 0.45, 0.6)  # s ahead at which the base's position is checked; the last covers braking
+MARGIN = 0.05  # m between the robot's outline and obstacles at least
+AHEAD = (0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)  # s ahead that are checked; legs need the last to stop
 SHARES = (1.0, 0.7, 0.4, 0.2, 0.1)  # shares of the wanted velocity, tried in this order
 OLDEST = 0.5  # s: an older scan is not used
 REMEMBERED = 50  # number of past poses kept: a scan is placed at the pose where it was taken

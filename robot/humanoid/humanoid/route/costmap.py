@@ -12,7 +12,7 @@ from humanoid.maps import Array, Geometry
 from humanoid.model import BASE
 from humanoid.navigation.base import Pose2D
 
-KEEPS = BASE.radius + 0.04  # m between the robot's centre and obstacles on a planned path, at least
+KEEPS = BASE.radius + 0.08  # m between the robot's centre and obstacles on a planned path: it sways by 3 cm
 FADES = 0.8  # m: with this clearance or more, a cell's cost is 0
 LETHAL, STEEPEST = 100, 90  # costs, 0 to 100: of an impassable cell, and the highest of a passable cell
 STEEPNESS = 5.0  # 1/m

@@ -22,6 +22,9 @@ AHEAD = 0.7  # m from the robot to the point of the path that it heads for
 TURN_FIRST = 0.9  # rad: if the point is farther off the heading, the robot first turns on the spot
 AIMED = 0.1  # rad: if every arc is blocked, it turns on the spot unless the point is so near its heading
 NEAR = 0.35  # m: within this distance the robot moves straight to the goal, also sideways
+CAREFUL = 0.2  # m/s: top speed of a robot that is too near to an obstacle
+TOO_NEAR = KEEPS - 0.05  # m: with less clearance it first steps away
+STEP, BEARINGS = 0.1, np.linspace(0.0, math.tau, 16, endpoint=False)  # m and rad: the steps that it considers
 SLOW = 0.2  # m/s within NEAR of the goal
 WITHIN, TURNED_WITHIN = 0.04, 0.05  # m and rad: within these the robot has arrived
 ROOMY = 0.6  # m: more clearance does not make an arc better
@@ -39,6 +42,8 @@ def has_arrived(pose: Pose2D, goal: Pose2D) -> bool:
 
 def velocity(costmap: Costmap, path: Array, pose: Pose2D, goal: Pose2D, *, stops: bool = True) -> Velocity2D:
     """Return the base's velocity now. `stops`: the path ends at `goal`, with its heading. Raises Blocked."""
+    if (step := _step_away(costmap, pose)) is not None:
+        return step
     away = math.hypot(goal.x - pose.x, goal.y - pose.y)
     if stops and away <= NEAR:
         return _last_piece(costmap, pose, goal, away)
@@ -99,13 +104,15 @@ def _best_arc(costmap: Costmap, pose: Pose2D, x: float, y: float) -> Velocity2D:
     places = np.stack([pose.x + ways * np.cos(chord), pose.y + ways * np.sin(chord)], axis=-1)
     clearance = costmap.clearance_at(places.reshape(-1, 2)).reshape(ways.shape)
     good = _keeps_away(costmap, pose, clearance)
+    if costmap.clearance_at(np.array([[pose.x, pose.y]]))[0] < KEEPS:
+        good &= speeds <= CAREFUL
     if not good.any():
         raise Blocked
     apart = np.hypot(places[..., 0] - x, places[..., 1] - y).min(axis=1)
     end_x, end_y = places[:, 2, 0], places[:, 2, 1]
     off = np.abs((np.arctan2(y - end_y, x - end_x) - yaws[:, 2] + math.pi) % math.tau - math.pi)
     tight = np.maximum(ROOMY - clearance.min(axis=1), 0.0)
-    score = -apart - 0.25 * off - 1.5 * tight + 0.15 * speeds
+    score = -apart - 0.25 * off - 4.0 * tight + 0.15 * speeds
     best = int(np.where(good, score, -np.inf).argmax())
     return Velocity2D(float(speeds[best]), 0.0, float(turns[best]))
 
@@ -116,6 +123,22 @@ def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> Array:
     least = clearance.min(axis=1)
     away: Array = (least >= KEEPS) | ((now < KEEPS) & (least >= now - 0.01) & (clearance[:, -1] > now))
     return away
+
+
+def _step_away(costmap: Costmap, pose: Pose2D) -> Velocity2D | None:
+    """Return a velocity away from an obstacle that is much too near, also sideways; None if there is none."""
+    now = float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
+    if now >= TOO_NEAR:
+        return None
+    ways = np.stack([np.cos(BEARINGS), np.sin(BEARINGS)], axis=1)
+    places = np.array([pose.x, pose.y]) + STEP * ways
+    clearance = costmap.clearance_at(places)
+    best = int(clearance.argmax())
+    if clearance[best] <= now:
+        return None
+    x, y = ways[best] * CAREFUL
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    return Velocity2D(float(cos * x + sin * y), float(cos * y - sin * x))
 
 
 def backwards(costmap: Costmap, pose: Pose2D, speed: float) -> Velocity2D:
