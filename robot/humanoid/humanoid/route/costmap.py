@@ -19,7 +19,7 @@ STEEPNESS = 5.0  # 1/m
 CLEARED_TO = 8.0  # m: to this distance a beam clears the cells that it crosses
 KNOWN_WITHIN = 0.12  # m: scanned points within this distance of a mapped obstacle belong to it
 FORGOTTEN_AFTER = 30.0  # s for which an obstacle out of sight is remembered
-STAYS_WITHIN = 2.5  # m: an obstacle that is farther from the robot may have gone before the robot comes there
+STAYS_WITHIN = 2.5  # m: an obstacle that was only seen from farther away may have gone when the robot comes
 
 
 class Costmap:
@@ -29,6 +29,7 @@ class Costmap:
         self.geometry = geometry
         self._seen_at = np.full(occupied.shape, -math.inf)
         self._seen = np.zeros(occupied.shape, dtype=bool)  # the obstacles that only scans have shown
+        self._seen_near = np.zeros(occupied.shape, dtype=bool)  # those of them that were seen from near
         self.mapped = _clearance(occupied, geometry.resolution)
         self.clearance = self.mapped
         """The distance in m from each cell's centre to the nearest obstacle of the map or of a scan."""
@@ -39,7 +40,7 @@ class Costmap:
         met = np.isfinite(ranges)
         angles = angles[met] + laser.yaw
         rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        self._mark([laser.x, laser.y] + rays * ranges[met][:, None], now)
+        self._mark([laser.x, laser.y] + rays * ranges[met][:, None], ranges[met] <= STAYS_WITHIN, now)
         self._renew(now)
 
     def _clear(self, laser: Pose2D, angles: Array, ranges: Array) -> None:
@@ -51,21 +52,18 @@ class Costmap:
         beam = np.rint(turn / (angles[1] - angles[0])).astype(np.intp) % len(angles)
         over = (ranges[beam] > apart + 2.0 * self.geometry.resolution) & (apart < CLEARED_TO)
         self._seen_at[seen[over, 0], seen[over, 1]] = -math.inf
+        self._seen_near[seen[over, 0], seen[over, 1]] = False
 
     def forget(self) -> None:
         """Forget all scanned obstacles until the next scan: those out of sight may have gone."""
         self._seen_at.fill(-math.inf)
+        self._seen_near[:] = False
         self._seen[:] = False
         self.clearance = self.mapped
 
-    def forecast(self, pose: Pose2D) -> Array:
-        """Return the clearances without the scanned obstacles that are far from a robot at `pose`."""
-        seen = np.argwhere(self._seen)
-        offset = self.geometry.centres(seen) - [pose.x, pose.y]
-        near = seen[np.hypot(offset[:, 0], offset[:, 1]) <= STAYS_WITHIN]
-        stays = np.zeros_like(self._seen)
-        stays[near[:, 0], near[:, 1]] = True
-        return self._lower(stays)
+    def forecast(self) -> Array:
+        """Return the clearances without the scanned obstacles that were only seen from far away."""
+        return self._lower(self._seen & self._seen_near)
 
     def clearance_at(self, points: Array) -> Array:
         """Return the clearance at each point (n, 2), in m; 0 off the map."""
@@ -89,10 +87,12 @@ class Costmap:
         x, y = whole.x + left * whole.resolution, whole.y + top * whole.resolution
         return Geometry(x, y, whole.resolution, *part.shape), costs_of(part)
 
-    def _mark(self, points: Array, now: float) -> None:
+    def _mark(self, points: Array, near: NDArray[np.bool_], now: float) -> None:
         cells = self.geometry.cells(points)
-        cells = cells[self.geometry.inside(cells)]
+        inside = self.geometry.inside(cells)
+        cells, near = cells[inside], near[inside]
         self._seen_at[cells[:, 0], cells[:, 1]] = now
+        self._seen_near[cells[near, 0], cells[near, 1]] = True
 
     def _renew(self, now: float) -> None:
         self._seen = (now - self._seen_at <= FORGOTTEN_AFTER) & (self.mapped > KNOWN_WITHIN)

@@ -16,6 +16,7 @@ from humanoid.route.task import Failure, Task
 
 REPLAN_EVERY = 2.0  # s between two plans; if an obstacle stands on the path, RETRY_EVERY counts
 RETRY_EVERY = 1.0  # s between two attempts to find a path
+LETS_PASS, DETOUR = 5.0, 2.0  # s and m: how long it waits for what bars its path, before a longer detour
 LOOK_AGAIN_AFTER = 3.0  # s without a path, after which scanned obstacles are forgotten once
 NO_WAY_FOR = 10.0  # s without a path, after which the drive fails: people walk on or turn back before
 STUCK_AFTER = 4.0  # s: the robot is stuck if it came less than STUCK_WAY nearer in this time
@@ -42,6 +43,7 @@ class Errand(Task):
         self._progress = math.inf, now  # the shortest way left so far, and when it was that short
         self._recovers_until, self._backs_up = -math.inf, False
         self._looked_again = False
+        self._barred_at: float | None = None  # when something came into the path's way, if it is still there
 
     @property
     def aim(self) -> str:
@@ -89,14 +91,17 @@ class Errand(Task):
 
     def _has_way(self, costmap: Costmap, pose: Pose2D, now: float) -> bool:
         """Plan a path if one is due; return False while there is no path."""
-        pause = REPLAN_EVERY
-        if self.path is None or self._is_barred(costmap, pose):
-            pause = RETRY_EVERY
+        is_barred = self._is_barred(costmap, pose)
+        if not is_barred:
+            self._barred_at = None
+        elif self._barred_at is None:
+            self._barred_at = now
+        pause = RETRY_EVERY if self.path is None or is_barred else REPLAN_EVERY
         if now - self._planned_at < pause:
             return self.path is not None
         self._planned_at = now
         try:
-            self.path = _plan(costmap, pose, self.targets[0])
+            path = _plan(costmap, pose, self.targets[0])
         except NoWay as problem:
             self.path = None
             if now - self._way_at >= LOOK_AGAIN_AFTER and not self._looked_again:
@@ -106,7 +111,15 @@ class Errand(Task):
                 self._give_up(Failure.NO_WAY, f'No way: {explain(costmap, pose, self.targets[0], problem)}')
             return False
         self._way_at = now
+        if not self._lets_pass(path, pose, now):
+            self.path = path
         return True
+
+    def _lets_pass(self, path: Array, pose: Pose2D, now: float) -> bool:
+        """Return True if the robot had better wait than take `path`: people walk on or turn back."""
+        if self.path is None or self._barred_at is None or now - self._barred_at >= LETS_PASS:
+            return False
+        return length(path) > follower.measure_rest(self.path, pose) + DETOUR
 
     def _is_barred(self, costmap: Costmap, pose: Pose2D) -> bool:
         """Return True if an obstacle stands on the path ahead."""
@@ -147,7 +160,7 @@ def _plan(costmap: Costmap, pose: Pose2D, goal: Pose2D) -> Array:
         return plan(costmap.geometry, costmap.clearance, pose, goal)
     except NoWay as problem:
         try:
-            return plan(costmap.geometry, costmap.forecast(pose), pose, goal)
+            return plan(costmap.geometry, costmap.forecast(), pose, goal)
         except NoWay:
             raise problem from None
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from humanoid.maps import Array
 from humanoid.model import BASE
@@ -117,12 +118,13 @@ def _best_arc(costmap: Costmap, pose: Pose2D, x: float, y: float) -> Velocity2D:
     return Velocity2D(float(speeds[best]), 0.0, float(turns[best]))
 
 
-def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> Array:
+def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> NDArray[np.bool_]:
     """Return which paths (a row of clearances each) keep clear of obstacles, or lead away from a near one."""
     now = float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
     least = clearance.min(axis=1)
-    away: Array = (least >= KEEPS) | ((now < KEEPS) & (least >= now - 0.01) & (clearance[:, -1] > now))
-    return away
+    leads_away = (now < KEEPS) & (least >= now - 0.01) & (clearance[:, -1] > now)
+    good: NDArray[np.bool_] = (least >= KEEPS) | leads_away
+    return good
 
 
 def _step_away(costmap: Costmap, pose: Pose2D) -> Velocity2D | None:

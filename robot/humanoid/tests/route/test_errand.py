@@ -101,6 +101,30 @@ def test_what_bars_the_way_far_ahead_may_have_gone_by_then(stage: Stage) -> None
     assert stage.nearest > 0.0
 
 
+def test_two_closed_doors_are_looked_at_once_each(stage: Stage) -> None:
+    stage.base.pose = Pose2D(9.3, 3.0)
+    stage.scene.open['kitchen'] = stage.scene.open['pantry'] = False
+    stage.scene.walkers.clear()
+    errand = drive(stage, [Pose2D(7.1, 8.6)], limit=40.0)
+    assert errand.failure is Failure.NO_WAY
+
+
+def test_what_bars_the_path_is_given_time_to_go_before_a_long_detour(stage: Stage) -> None:
+    closed_at: list[float] = []
+    before, way = stage.base.pose, 0.0
+
+    def close_for_a_while() -> None:
+        nonlocal before, way
+        way += math.hypot(stage.base.pose.x - before.x, stage.base.pose.y - before.y)
+        before = stage.base.pose
+        if before.x > 3.5 and not closed_at:
+            closed_at.append(stage.now)
+        stage.scene.open['kitchen'] = not closed_at or stage.now > closed_at[0] + 3.0
+
+    assert arrived(drive(stage, [Pose2D(7.0, 3.0)], meanwhile=close_for_a_while))
+    assert way < 10.0, 'through the corridor it would be 14 m'
+
+
 def test_without_a_pose_it_stands_and_gives_up(stage: Stage) -> None:
     errand = Errand([Pose2D(1.0, 1.0)], 0.0)
     assert errand.tick(stage.costmap, None, 0.5) == STANDING

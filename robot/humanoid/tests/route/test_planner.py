@@ -79,14 +79,18 @@ def test_what_is_seen_is_kept_clear_of_and_forgotten_once_a_beam_goes_over_it(ho
     assert costmap.clearance_at(spot)[0] == costmap.measure_mapped(spot)[0]
 
 
-def test_what_is_far_from_the_robot_may_have_gone_before_it_comes_there(house: Costmap) -> None:
+def test_what_was_seen_from_far_away_alone_may_have_gone_before_the_robot_comes(house: Costmap) -> None:
     costmap = Costmap(*read(occupancy(load('house').solids, 0.05, Time())))
     angles = np.linspace(-np.pi, np.pi, 360, endpoint=False)
-    costmap.see(Pose2D(), angles, np.where(np.abs(angles) < 0.01, 1.5, np.inf), now=0.0)
+    ahead = np.abs(angles) < 0.01
     row, column = costmap.geometry.cells(np.array([[1.5, 0.0]]))[0]
-    assert costmap.forecast(Pose2D())[row, column] < 0.1
-    assert costmap.forecast(Pose2D(4.5, 0.0))[row, column] == costmap.mapped[row, column]
-    assert costmap.clearance[row, column] < 0.1, 'what has been seen is unchanged'
+    costmap.see(Pose2D(-1.7, 0.0), angles, np.where(ahead, 3.2, np.inf), now=0.0)
+    assert costmap.clearance[row, column] < 0.1
+    assert costmap.forecast()[row, column] == costmap.mapped[row, column]
+    costmap.see(Pose2D(), angles, np.where(ahead, 1.5, np.inf), now=1.0)
+    assert costmap.forecast()[row, column] < 0.1
+    costmap.see(Pose2D(-1.7, 0.0), angles, np.where(ahead, 3.2, np.inf), now=2.0)
+    assert costmap.forecast()[row, column] < 0.1, 'it was seen from near before'
 
 
 def test_what_is_out_of_sight_is_forgotten_after_a_while(house: Costmap) -> None:
