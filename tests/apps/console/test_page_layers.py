@@ -89,6 +89,14 @@ COARSELY = """async (url) => {
     return found;
   });
 }"""
+# One step of detail is taken away by a late frame, or comes back.
+STEP = """([level, is_late]) => {
+  const scene = goalwireScene, now = performance.now();
+  Object.assign(scene.detail, { level, slow: is_late ? 8 : 0, strained: -1e6, patience: 1e4 });
+  scene.asked = is_late ? now - 500 : now;
+  scene.rendered = now - 5000;
+  scene.adapt(now);
+}"""
 # The level of detail after frames that came so many ms late, one each 100 ms.
 DETAIL = """async groups => {
   const { Detail } = await import('goalwire-scene-layers');
@@ -205,6 +213,11 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
     assert [number for number, _ in coarse[:2]] == [251, 100 * 80]
     assert 200 < coarse[2][0] < 900
     assert coarse[2][1] == pytest.approx(1.0, abs=0.1)
+
+    page.evaluate(STEP, [2, False])
+    assert not page.is_visible('.gw-scene-coarse')
+    page.evaluate(STEP, [1, True])
+    assert page.is_visible('.gw-scene-coarse:has-text("less detail")')
 
     # Eight late frames take a step of detail away. It comes back after ten seconds, and after twenty if the
     # computer was too slow for it again. Seven late frames, and then some in time, take nothing away.

@@ -1,6 +1,6 @@
 // A robot in 3D: shapes on links, whose poses the server sends; the browser moves smoothly between them.
 import { CSS2DObject, CSS2DRenderer, OrbitControls, THREE } from "nicegui-scene";
-import { Axes, Detail, FloorTools, Layers, draw_coarsely, mesh_of } from "goalwire-scene-layers";
+import { Axes, Detail, FloorTools, Layers, draw_coarsely, is_drawn_in_software, mesh_of } from "goalwire-scene-layers";
 
 const THEMES = {
   light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
@@ -22,18 +22,9 @@ function grid_of(step, colour) {
   return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
 }
 
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // names of renderers that are programs
-
-function is_drawn_in_software() { // then smooth edges would cost half of the time
-  const gl = document.createElement("canvas").getContext("webgl2");
-  const names = gl?.getExtension("WEBGL_debug_renderer_info");
-  const name = gl && gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
-  gl?.getExtension("WEBGL_lose_context")?.loseContext(); // a page may have few of them
-  return SOFTWARE.test(name || "");
-}
-
 export default {
   template: `<div class="gw-scene"><canvas></canvas><div class="gw-scene-labels"></div>
+    <div class="gw-scene-coarse gw-float" style="display:none" title="A quarter of each cloud's points is drawn">less detail</div>
     <div class="gw-scene-none" style="display:none">This browser shows no 3D (WebGL is off).</div></div>`,
   props: { dark: Boolean, follows: { type: Boolean, default: true }, begin: { type: Array, default: () => [] } },
   emits: ["floor", "pose", "camera"],
@@ -438,6 +429,7 @@ export default {
         this.sun.castShadow = shadows;
         this.layers.coarsely = coarsely;
         draw_coarsely(this.world.group, coarsely);
+        this.$el.querySelector(".gw-scene-coarse").style.display = coarsely ? "" : "none";
         this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * scale);
         this.resize();
       }

@@ -2,12 +2,22 @@
 const LEVELS = [
   { shadows: true, coarsely: false, scale: 1 }, { shadows: false, coarsely: false, scale: 1 },
   { shadows: false, coarsely: true, scale: 1 }, { shadows: false, coarsely: true, scale: 0.75 },
-  { shadows: false, coarsely: true, scale: 0.5 },
+  { shadows: false, coarsely: true, scale: 0.5 }, { shadows: false, coarsely: true, scale: 0.4 },
 ];
 const LATE = 40; // ms: a frame that comes so late shows that this computer is slow
 const MANY = 8; // late frames, after which a level is given up; four frames on time make up for one
 const PATIENCE = 10_000; // ms without strain, after which the level before is tried again
 const LONGEST = 300_000; // ms: the patience doubles up to this, each time the computer was too slow again
+
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // names of renderers that are programs
+
+export function is_drawn_in_software() { // then smooth edges would cost half of the time
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const names = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+  gl?.getExtension("WEBGL_lose_context")?.loseContext(); // a page may have few of them
+  return SOFTWARE.test(name || "");
+}
 
 export class Detail {
   constructor() {

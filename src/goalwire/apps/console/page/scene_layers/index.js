@@ -3,7 +3,7 @@ import { THREE } from "nicegui-scene";
 import { draw_coarsely, some_points } from "./coarse.js";
 import { SHARED, colour_of, is_solid, solids_of, Solids } from "./solids.js";
 export { Axes } from "./axes.js";
-export { Detail } from "./detail.js";
+export { Detail, is_drawn_in_software } from "./detail.js";
 export { FloorTools } from "./floor_tools.js";
 export { draw_coarsely } from "./coarse.js";
 export { mesh_of } from "./shapes.js";

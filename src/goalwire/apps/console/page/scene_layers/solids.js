@@ -23,7 +23,8 @@ export function solids_of(shapes) { // what is transparent is drawn by itself: t
   const alike = new Map();
   shapes.forEach((shape, at) => {
     const key = shape.rgba[3] < 1 ? at : [shape.kind, ...shape.rgba].join();
-    alike.set(key, [...(alike.get(key) || []), shape]);
+    if (!alike.has(key)) alike.set(key, []);
+    alike.get(key).push(shape);
   });
   return [...alike.values()].map((each) => new Solids(each));
 }
