@@ -30,6 +30,12 @@ FLAGS = ['--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader']
 PATIENCE_MS = 120_000
 GOAL = (1.1, 0.7)
 WIDTH, HEIGHT = 1280, 800
+DRAW_ALL = """() => {
+  const scene = goalwireScene;
+  scene.detail.note = () => false;
+  scene.draw_with({ shadows: true, coarsely: false, scale: 2 }); // smooth edges
+  scene.renderer.render(scene.scene, scene.camera);
+}"""
 IS_LOST = "() => document.body.classList.contains('gw-is-lost')"
 
 
@@ -95,11 +101,7 @@ def take(page: Page, url: str, file: Path) -> None:
     while True:
         page.wait_for_function(f'() => !({IS_LOST})()')
         # On a slow computer the page draws ever less detail while the robot walks. The picture has all of it.
-        page.evaluate(
-            '() => { const scene = goalwireScene; scene.detail.note = () => false;'
-            ' scene.sun.castShadow = true; scene.renderer.setPixelRatio(devicePixelRatio); scene.resize();'
-            ' scene.renderer.render(scene.scene, scene.camera) }'
-        )
+        page.evaluate(DRAW_ALL)
         page.screenshot(path=str(file))
         if not page.evaluate(IS_LOST):
             return

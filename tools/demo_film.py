@@ -20,13 +20,18 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tools.console_picture import MOST_BYTES, PATIENCE_MS, ROOT, open_page
+from tools.console_picture import DRAW_ALL, MOST_BYTES, PATIENCE_MS, ROOT, open_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 PICTURE = ROOT / 'docs' / 'how-to' / 'house.png'
 BETWEEN = 2.0  # s between two pictures of the film
+DRAW_AS_BEFORE = """() => {
+  const scene = goalwireScene;
+  delete scene.detail.note;
+  scene.draw_with(scene.detail.wanted);
+}"""
 SOON = 0.2  # s, while the moment of the pages' picture is awaited
 STEP = '-to-the-kitchen'
 CAMERA, TARGET = (-1.0, -1.6, 3.0), (2.7, 2.0, 0.5)
@@ -112,7 +117,9 @@ def film(demo: Demo, page: Page, folder: Path) -> None:
         if was_before and not drawn and page.evaluate(HAS_TURNED):
             drawn = True
             page.evaluate(LOOK, [CAMERA, TARGET])
+            page.evaluate(DRAW_ALL)
             page.screenshot(path=str(PICTURE))
+            page.evaluate(DRAW_AS_BEFORE)
             page.evaluate(FOLLOW, EYE)
         page.screenshot(path=str(folder / f'{taken - began:05.1f}-{demo.step}.png'))
         pause = SOON if was_before and not drawn else BETWEEN

@@ -424,16 +424,16 @@ export default {
     adapt(now) { // less detail if this computer is too slow for it
       clearTimeout(this.rest);
       const late = now - Math.max(this.rendered + 1000 / this.frames, this.asked); // than it could be at the earliest
-      if (this.detail.note(late < 1000 ? late : 0, now)) { // a page that is hidden draws nothing
-        const { shadows, coarsely, scale } = this.detail.wanted;
-        this.sun.castShadow = shadows;
-        this.layers.coarsely = coarsely;
-        draw_coarsely(this.world.group, coarsely);
-        this.$el.querySelector(".gw-scene-coarse").style.display = coarsely ? "" : "none";
-        this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * scale);
-        this.resize();
-      }
+      if (this.detail.note(late < 1000 ? late : 0, now)) this.draw_with(this.detail.wanted); // a hidden page draws nothing
       if (this.detail.level) this.rest = setTimeout(() => this.wake(), this.detail.patience); // if all stands still
+    },
+    draw_with({ shadows, coarsely, scale }) {
+      this.sun.castShadow = shadows;
+      this.layers.coarsely = coarsely;
+      draw_coarsely(this.world.group, coarsely);
+      this.$el.querySelector(".gw-scene-coarse").style.display = coarsely ? "" : "none";
+      this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * scale);
+      this.resize();
     },
     wake() { // draws soon; while nothing changes, the browser is asked for no frame
       this.dirty = true;

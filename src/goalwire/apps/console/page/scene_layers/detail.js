@@ -2,7 +2,7 @@
 const LEVELS = [
   { shadows: true, coarsely: false, scale: 1 }, { shadows: false, coarsely: false, scale: 1 },
   { shadows: false, coarsely: true, scale: 1 }, { shadows: false, coarsely: true, scale: 0.75 },
-  { shadows: false, coarsely: true, scale: 0.5 }, { shadows: false, coarsely: true, scale: 0.4 },
+  { shadows: false, coarsely: true, scale: 0.5 },
 ];
 const LATE = 40; // ms: a frame that comes so late shows that this computer is slow
 const MANY = 8; // late frames, after which a level is given up; four frames on time make up for one
