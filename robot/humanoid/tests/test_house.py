@@ -247,7 +247,7 @@ def test_walls_stop_a_hand_on_cmd_vel(up: Program, robot: Robot) -> None:
     up.expect('cmd_vel is slowed down or stopped', timeout=30.0)
     seen = clearances.expect(len(clearances.items) + 20)
     robot.node.destroy_timer(timer)
-    assert 0.0 < seen[-1].data < 0.15
+    assert 0.0 < seen[-1].data < 0.25
     assert min(each.data for each in seen) > 0.0
 
 

@@ -16,7 +16,7 @@ from humanoid.route.task import Failure, Task
 
 REPLAN_EVERY = 2.0  # s between two plans; if an obstacle stands on the path, RETRY_EVERY counts
 RETRY_EVERY = 1.0  # s between two attempts to find a path
-LETS_PASS, DETOUR = 5.0, 2.0  # s and m: how long it waits for what bars its path, before a longer detour
+LETS_PASS, DETOUR = 4.0, 2.0  # s and m: how long it waits for what bars its path, before a longer detour
 LOOK_AGAIN_AFTER = 3.0  # s without a path, after which scanned obstacles are forgotten once
 NO_WAY_FOR = 10.0  # s without a path, after which the drive fails: people walk on or turn back before
 STUCK_AFTER = 4.0  # s: the robot is stuck if it came less than STUCK_WAY nearer in this time
