@@ -152,7 +152,9 @@ class GoalStep:
             await self._note_interruption(why)
             return None
         finally:
-            if entering.done() and not entering.cancelled() and entering.exception() is None:
+            if not entering.done():
+                entering.add_done_callback(_hear_error)
+            elif not entering.cancelled() and entering.exception() is None:
                 await self._leave(run)
 
     def _send(self) -> tuple[GoalRun, asyncio.Future[Any]]:
@@ -340,3 +342,9 @@ class GoalStep:
             return Outcome(error=error)
         await self._write_intent()
         return Move.SEND
+
+
+def _hear_error(entering: asyncio.Future[Any]) -> None:
+    """Take the error of a run that nobody waits for any more: asyncio would log it."""
+    if not entering.cancelled():
+        entering.exception()
