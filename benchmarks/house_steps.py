@@ -51,7 +51,7 @@ SCAN_NOISE = 0.01  # m
 
 @dataclass
 class Facts:
-    """What was measured on the way."""
+    """The measurements of a run."""
 
     endings: Counter[str] = field(default_factory=Counter)
     felt: Counter[str] = field(default_factory=Counter)
@@ -149,7 +149,7 @@ class House:
         self._guard.hear(laser_scan(ranges, 'laser', stamp, SCAN_EVERY * TICK))
 
     def _place_bodies(self) -> None:
-        """Move the bodies of doors and people to where they are."""
+        """Move the bodies of doors and people to their places."""
         places = {
             body_name(solid.kind, solid.name): (
                 solid.x,

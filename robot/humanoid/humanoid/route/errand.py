@@ -65,7 +65,7 @@ class Errand(Task):
     def _advance(self, costmap: Costmap, pose: Pose2D, now: float) -> Velocity2D:
         while len(self.targets) > 1 and self._is_done_with(self.targets[0], pose):
             del self.targets[0]
-            self.path, self._planned_at = (None if self.stops_at_each else self.path), -math.inf
+            self.path, self._planned_at = None, -math.inf  # it led to the target before
         if len(self.targets) == 1 and follower.has_arrived(pose, self.targets[0]):
             self.left = 0.0
             self._succeed('Navigation completed successfully')
