@@ -105,7 +105,7 @@ def _best_arc(costmap: Costmap, pose: Pose2D, x: float, y: float) -> Velocity2D:
     places = np.stack([pose.x + ways * np.cos(chord), pose.y + ways * np.sin(chord)], axis=-1)
     clearance = costmap.clearance_at(places.reshape(-1, 2)).reshape(ways.shape)
     good = _keeps_away(costmap, pose, clearance)
-    if costmap.clearance_at(np.array([[pose.x, pose.y]]))[0] < KEEPS:
+    if _clearance_here(costmap, pose) < KEEPS:
         good &= speeds <= CAREFUL
     if not good.any():
         raise Blocked
@@ -120,16 +120,20 @@ def _best_arc(costmap: Costmap, pose: Pose2D, x: float, y: float) -> Velocity2D:
 
 def _keeps_away(costmap: Costmap, pose: Pose2D, clearance: Array) -> NDArray[np.bool_]:
     """Return which paths (a row of clearances each) keep clear of obstacles, or lead away from a near one."""
-    now = float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
+    now = _clearance_here(costmap, pose)
     least = clearance.min(axis=1)
     leads_away = (now < KEEPS) & (least >= now - 0.01) & (clearance[:, -1] > now)
     good: NDArray[np.bool_] = (least >= KEEPS) | leads_away
     return good
 
 
+def _clearance_here(costmap: Costmap, pose: Pose2D) -> float:
+    return float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
+
+
 def _step_away(costmap: Costmap, pose: Pose2D) -> Velocity2D | None:
     """Return a velocity away from an obstacle that is much too near, also sideways; None if there is none."""
-    now = float(costmap.clearance_at(np.array([[pose.x, pose.y]]))[0])
+    now = _clearance_here(costmap, pose)
     if now >= TOO_NEAR:
         return None
     ways = np.stack([np.cos(BEARINGS), np.sin(BEARINGS)], axis=1)
