@@ -75,7 +75,14 @@ COARSELY = """async (url) => {
     const mesh = mesh_of({ kind: 'mesh', url, size: [1, 1, 1], rgba: [1, 1, 1, 1] }, done);
     layers.root.add(mesh);
   });
-  return [false, true, false].map((coarsely) => {
+  const copies = () => {
+    let count = 0;
+    layers.root.traverse((each) => (count += each.copies ? 1 : 0));
+    return count;
+  };
+  draw_coarsely(layers.root, false);
+  const early = copies();
+  return [early, ...[false, true, false].map((coarsely) => {
     draw_coarsely(layers.root, coarsely);
     const found = [];
     layers.root.traverse((each) => {
@@ -87,7 +94,7 @@ COARSELY = """async (url) => {
       found.push(each.isPoints ? [corners, 0] : [triangles, max.z - min.z]);
     });
     return found;
-  });
+  })];
 }"""
 # One step of detail is taken away by a late frame, or comes back.
 STEP = """([level, is_late]) => {
@@ -207,7 +214,8 @@ def test_layers_stand_where_the_data_says(stage: Stage, open_page: OpenPage) -> 
 
     # A slow computer draws a quarter of a cloud's points, and meshes and balls with a few triangles.
     page.route('**/ball.obj', lambda route: route.fulfill(body=ball()))
-    full, coarse, full_again = page.evaluate(COARSELY, '/ball.obj')
+    copies, full, coarse, full_again = page.evaluate(COARSELY, '/ball.obj')
+    assert copies == 0, 'a computer that draws all of it makes no coarse copies'
     assert full == full_again
     assert [number for number, _ in full] == [1001, 100 * 352, 1600]
     assert [number for number, _ in coarse[:2]] == [251, 100 * 80]

@@ -8,8 +8,8 @@ const EACH = 4; // of so many points of a cloud, one is drawn
 export function draw_coarsely(root, coarsely) {
   root.traverse((each) => {
     if (!each.coarse_copy) return;
-    each.copies ??= [each.geometry, each.coarse_copy(each.geometry)];
-    each.geometry = each.copies[coarsely ? 1 : 0];
+    if (coarsely) each.copies ??= [each.geometry, each.coarse_copy(each.geometry)];
+    if (each.copies) each.geometry = each.copies[coarsely ? 1 : 0];
   });
 }
 
