@@ -50,11 +50,13 @@ import sys
 import zlib
 from array import array
 import rclpy
+from rclpy.qos import HistoryPolicy, QoSProfile
 from sensor_msgs.msg import Image
 
 rclpy.init()
 node = rclpy.create_node('camera')
-publisher = node.create_publisher(Image, 'pictures', 50)
+# If a reader is slow, a publisher with KEEP_LAST drops messages; one with KEEP_ALL waits for the reader.
+publisher = node.create_publisher(Image, 'pictures', QoSProfile(history=HistoryPolicy.KEEP_ALL))
 while not publisher.get_subscription_count():
     rclpy.spin_once(node, timeout_sec=0.05)
 
