@@ -168,9 +168,9 @@ def test_walking_it_withstands_a_push_to_the_side_of_the_foot_that_lands(
 def test_after_a_wide_step_no_knee_bends_the_wrong_way(body: World) -> None:
     """The leg that follows is stretched to its full length."""
     PhysicsBase(body).drive_at(Velocity2D(0.5))
-    ticks(body, 3.0)
-    way = math.radians(240.0)
-    body.push((140.0 * math.cos(way), 140.0 * math.sin(way), 0.0), 0.2)
+    ticks(body, 3.2)
+    way = math.radians(110.0)
+    body.push((200.0 * math.cos(way), 200.0 * math.sin(way), 0.0), 0.2)
     straightest = math.pi
     for _ in range(round(2.0 / TICK)):
         body.tick()
