@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
@@ -98,9 +99,13 @@ class Base:
 
 
 def play(scenario: Callable[[], Awaitable[Any]]) -> None:
-    """Run a scenario in a loop of its own."""
+    """Run a scenario in a loop of its own, and make sure that no task ends with an error unheard."""
+    unheard: list[dict[str, Any]] = []
 
-    async def bounded() -> None:
+    async def watched() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, what: unheard.append(what))
         await scenario()
 
-    asyncio.run(bounded())
+    asyncio.run(watched())
+    gc.collect()
+    assert not unheard

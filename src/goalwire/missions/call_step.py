@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import CallError, NoServerError, RefusedError, ServerFailedError, StepLost
@@ -63,10 +62,9 @@ class CallStep:
 
     async def _call(self) -> Outcome:
         self._step.boundary('before send')
-        calling = asyncio.ensure_future(
+        calling = await self._step.send(
             self._client.call(self._request.request, timeout=self._step.measure_left())
         )
-        await asyncio.sleep(0)  # lets the task take its first turn, which puts the request on the wire
         self._step.boundary('after send')
         try:
             response = await self._step.until_stopped(calling)

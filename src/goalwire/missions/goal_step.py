@@ -137,8 +137,7 @@ class GoalStep:
     async def _follow(self, *, again: bool) -> Outcome | None:
         """Send the goal, or attach to it, and wait for its end. Return None if the server must be asked."""
         was_known = again or self._may_be_known
-        run, entering = self._attach() if again else self._send()
-        await asyncio.sleep(0)  # lets the task take its first turn, which puts the request on the wire
+        run, entering = await (self._attach() if again else self._send())
         if not again:
             self._step.boundary('after send')
         try:
@@ -152,20 +151,18 @@ class GoalStep:
             await self._note_interruption(why)
             return None
         finally:
-            if not entering.done():
-                entering.add_done_callback(_hear_error)
-            elif not entering.cancelled() and entering.exception() is None:
+            if entering.done() and not entering.cancelled() and entering.exception() is None:
                 await self._leave(run)
 
-    def _send(self) -> tuple[GoalRun, asyncio.Future[Any]]:
+    async def _send(self) -> tuple[GoalRun, asyncio.Future[Any]]:
         self._step.boundary('before send')
         self._may_be_known = True
         run: GoalRun = self._client.send(self._request.goal, goal_id=self._goal_id, keep=True)
-        return run, asyncio.ensure_future(run.__aenter__())
+        return run, await self._step.send(run.__aenter__())
 
-    def _attach(self) -> tuple[GoalRun, asyncio.Future[Any]]:
+    async def _attach(self) -> tuple[GoalRun, asyncio.Future[Any]]:
         run: GoalRun = self._client.attach(self._goal_id)
-        return run, asyncio.ensure_future(run.__aenter__())
+        return run, await self._step.send(run.__aenter__())
 
     async def _leave(self, run: GoalRun) -> None:
         """End the run, not its goal: the result is not awaited any more."""
@@ -342,9 +339,3 @@ class GoalStep:
             return Outcome(error=error)
         await self._write_intent()
         return Move.SEND
-
-
-def _hear_error(entering: asyncio.Future[Any]) -> None:
-    """Take the error of a run that nobody waits for any more: asyncio would log it."""
-    if not entering.cancelled():
-        entering.exception()

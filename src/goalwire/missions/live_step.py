@@ -110,6 +110,16 @@ class LiveStep:
         """Let the step go on although the mission is stopped, so that it can cancel its goal."""
         self._ignores_stop = True
 
+    async def send(self, sending: Awaitable[T]) -> asyncio.Future[T]:
+        """Begin to send, in a task whose first turn puts the request on the wire; return the task.
+
+        Its error is taken even if the step ends before it waits for the task: asyncio would log it.
+        """
+        task = asyncio.ensure_future(sending)
+        task.add_done_callback(_take_error)
+        await asyncio.sleep(0)  # the first turn
+        return task
+
     async def until_stopped(self, awaitable: Awaitable[T], *, is_limited: bool = True) -> T:
         """Wait for something; raises Interrupted if the mission is stopped.
 
@@ -188,5 +198,10 @@ async def _end(task: asyncio.Future[Any]) -> None:
         task.cancel()
         with suppress(asyncio.CancelledError):
             await asyncio.wait([task])
+    _take_error(task)
+
+
+def _take_error(task: asyncio.Future[Any]) -> None:
+    """Take the error of a task that has ended, if it has one: nobody else waits for it."""
     if not task.cancelled():
         task.exception()

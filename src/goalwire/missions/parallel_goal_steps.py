@@ -184,10 +184,10 @@ class _ResultStep(GoalStep):
         await self._write_intent()
         return Move.ASK if self._step.must_probe else Move.FOLLOW
 
-    def _attach(self) -> tuple[GoalRun, asyncio.Future[Any]]:
+    async def _attach(self) -> tuple[GoalRun, asyncio.Future[Any]]:
         run = self._step.clients.sent.pop(self._goal_id, None)
         if run is None:
-            return super()._attach()
+            return await super()._attach()
         entered = asyncio.get_running_loop().create_future()
         entered.set_result(run)
         return run, entered
@@ -205,8 +205,7 @@ async def _cancel(step: LiveStep, request: GoalRequest, goal_id: bytes) -> Outco
     if step.history.intent is None:
         await step.begin(None, {'goal_id': goal_id.hex()})
     step.boundary('before send')
-    asking = asyncio.ensure_future(_ask_to_cancel(step, request, goal_id))
-    await asyncio.sleep(0)  # lets the task take its first turn, which puts the request on the wire
+    asking = await step.send(_ask_to_cancel(step, request, goal_id))
     step.boundary('after send')
     try:
         await step.until_stopped(asking)
