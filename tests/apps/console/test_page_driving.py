@@ -105,7 +105,7 @@ def test_drags_on_the_floor_give_a_heading_a_pose_and_a_distance(stage: Stage, o
     robot = stage.robot()
     _, url = stage.console()
     page = open_page(f'{url}?view=robot')
-    # Only the robot's first pose puts the camera where it stays.
+    # The robot's first pose moves the camera.
     until(page, '() => window.goalwireScene?.poses?.().left_arm !== undefined && goalwireScene.placed')
 
     # Measuring moves nothing, and the view stands still while a tool is chosen.

@@ -19,7 +19,7 @@ from humanoid.walking.footsteps import in_frame, middle_of, next_place, seen_fro
 from humanoid.walking.seam import Array, Wish
 from humanoid.walking.swing import Swing
 
-SHIFT = 0.02  # s between two steps, in which both feet stand
+SHIFT = 0.02  # s between two steps, in which both feet stand, and no foot can meet a push
 SWING = 0.36  # s that a foot is in the air
 HURRIED = 0.28  # s that a foot is in the air in a step that catches a fall
 SHORTEST = 0.22  # s that a foot is in the air at least
